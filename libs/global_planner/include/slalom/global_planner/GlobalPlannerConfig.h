@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "slalom/core/Fields.h"
+
+namespace slalom::global_planner
+{
+/// Weights and limits of the refinement [Paper Eq. (1)-(8)]. INI section [global_planner].
+struct GlobalPlannerConfig
+{
+  double clearance_m = 0.8;  ///< [m] D_z, Eq. (4): kept where the gap permits
+  double horizon_m = 8.0;    ///< [m] window of R that is refined, along R
+  double lambda_smooth = 0.2, lambda_obs = 0.6, lambda_feas = 0.2;  ///< [1] Eq. (1)
+  double lambda_fit = 0.1;              ///< [1] pull back to R (deviation D-07)
+  double guide_proximity_weight = 2.0;  ///< [1] how much the guide prefers wide gaps
+  double piece_m = 1.5;                 ///< [m] longest piece of the convex decomposition
+  double box_lateral_m = 2.0, box_along_m = 1.0, box_vertical_m = 2.0;  ///< [m] local box
+  double max_offset_m = 8.0;  ///< [m] box constraint: control points stay this near to R
+  double min_altitude_m = 0.3, max_altitude_m = 50.0;  ///< [m] box constraint in z, local frame
+  int max_evaluations = 60;                            ///< [1] L-BFGS evaluations per attempt
+  int max_attempts = 3;                                ///< [1] restarts with a doubled lambda_obs
+  int threads = 2;                                     ///< [1] for the parallel decomposition
+
+  template <class Self, class Visit>
+  static void fields(Self& c, Visit&& v)
+  {
+    using core::Level;
+    using core::Range;
+    v("clearance_m", c.clearance_m, Range{0.05, 5.0},
+      "D_z: free distance kept where the gap permits");
+    v("horizon_m", c.horizon_m, Range{1.0, 100.0},
+      "length of reference refined ahead of the vehicle");
+    v("lambda_smooth", c.lambda_smooth, Range{0.0, 1e4}, "weight of smoothness in J");
+    v("lambda_obs", c.lambda_obs, Range{0.0, 1e4}, "weight of obstacle distance in J");
+    v("lambda_feas", c.lambda_feas, Range{0.0, 1e4},
+      "weight of speed and acceleration limits in J");
+    v("lambda_fit", c.lambda_fit, Range{0.0, 1e4}, "weight of staying near the reference in J");
+    v("guide_proximity_weight", c.guide_proximity_weight, Range{0.0, 100.0},
+      "how much the guide prefers wide gaps over short ways", Level::Expert);
+    v("piece_m", c.piece_m, Range{0.2, 5.0}, "longest piece of the convex decomposition",
+      Level::Expert);
+    v("box_lateral_m", c.box_lateral_m, Range{0.5, 10.0}, "local box of a piece, to both sides",
+      Level::Expert);
+    v("box_along_m", c.box_along_m, Range{0.1, 10.0}, "local box of a piece, beyond its ends",
+      Level::Expert);
+    v("box_vertical_m", c.box_vertical_m, Range{0.5, 10.0}, "local box of a piece, up and down",
+      Level::Expert);
+    v("max_offset_m", c.max_offset_m, Range{0.5, 100.0},
+      "farthest a control point may leave the reference", Level::Expert);
+    v("min_altitude_m", c.min_altitude_m, Range{-1000.0, 10000.0},
+      "lowest altitude of the reference");
+    v("max_altitude_m", c.max_altitude_m, Range{-1000.0, 10000.0},
+      "highest altitude of the reference");
+    v("max_evaluations", c.max_evaluations, Range{1, 10000}, "cost evaluations of J per attempt",
+      Level::Expert);
+    v("max_attempts", c.max_attempts, Range{1, 10}, "attempts with doubled obstacle weight",
+      Level::Expert);
+    v("threads", c.threads, Range{1, 64}, "threads of the convex decomposition", Level::Expert);
+  }
+};
+
+}  // namespace slalom::global_planner

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+
+#include "slalom/core/DistanceField.h"
+
+namespace slalom::search
+{
+struct GridSearchConfig
+{
+  double clearance_m =
+      0.5;  ///< [m] hard: cells nearer than this to an obstacle are closed (optimistic field)
+  double preferred_clearance_m =
+      0.8;  ///< [m] cells nearer than this cost more, so that wide gaps win over narrow ones
+  double proximity_weight =
+      2.0;                      ///< [1] extra cost per metre travelled at zero preferred clearance
+  int max_expansions = 200000;  ///< [1] cap; the result is then "not found"
+};
+
+enum class SearchStatus
+{
+  Found,
+  StartBlocked,
+  GoalBlocked,
+  Unreachable,
+  ExpansionLimit
+};
+
+struct SearchResult
+{
+  SearchStatus status = SearchStatus::Unreachable;
+  Eigen::Matrix3Xd
+      path;  ///< from start to goal, shortcut, both included exactly; empty unless Found
+  double length_m = 0.0;
+  int expansions = 0;
+  Eigen::Vector3d
+      nearest_L;  ///< reached cell nearest to the goal; what "approach and hold" can use
+};
+
+/** A* over the 26-connected grid of the field's resolution inside `box_L`, then shortcutting by
+ * line-of-sight checks against the same clearance. Unknown space counts as free here (guides are
+ * optimistic). Deterministic: ties are broken by insertion order.
+ *  @see deviation D-04 (docs/paper_map.md): the guide that [Paper Eq. (2)] silently needs */
+[[nodiscard]] SearchResult findPath(const core::DistanceField& field,
+                                    const Eigen::Vector3d& start_L, const Eigen::Vector3d& goal_L,
+                                    const Eigen::AlignedBox3d& box_L,
+                                    const GridSearchConfig& config);
+
+/// True if every point of the segment keeps `clearance_m` in the optimistic field (sphere marching,
+/// exact up to 1e-3 m).
+[[nodiscard]] bool segmentClear(const core::DistanceField& field, const Eigen::Vector3d& a_L,
+                                const Eigen::Vector3d& b_L, double clearance_m);
+
+}  // namespace slalom::search

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+namespace slalom::simulation
+{
+/** Solid geometry with exact queries: trees from csv (`x,y,radius,height`, standing on z = 0),
+ * boxes and trees from ini, occupied leaves of an octree (.bt/.ot). Shells that enclose unknown
+ * space are filled: a hollow trunk is never free. There is a ground plane at z = 0 for csv and ini
+ * worlds (key `ground = true`). Immutable, thread-safe.
+ *  @throws std::runtime_error naming file, line and value on malformed input */
+class World
+{
+ public:
+  [[nodiscard]] static World load(const std::filesystem::path& file);
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+
+  /// First solid along a ray, [m] from the origin; nullopt when nothing within max_range. 0 if the
+  /// origin is solid.
+  [[nodiscard]] std::optional<double> castRay(const Eigen::Vector3d& origin_W,
+                                              const Eigen::Vector3d& direction,
+                                              double max_range) const;
+  /// Distance to the nearest solid [m], negative inside; exact for primitives, within a voxel for
+  /// octrees. Ground excluded when `with_ground` is false.
+  [[nodiscard]] double distance(const Eigen::Vector3d& p_W, bool with_ground = false) const;
+  [[nodiscard]] Eigen::AlignedBox3d bounds() const;  ///< of the file, plus a margin
+
+ private:
+  World();
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace slalom::simulation
