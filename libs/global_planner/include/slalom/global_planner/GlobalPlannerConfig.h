@@ -17,9 +17,11 @@ struct GlobalPlannerConfig
   double box_lateral_m = 2.0, box_along_m = 1.0, box_vertical_m = 2.0;  ///< [m] local box
   double max_offset_m = 8.0;  ///< [m] box constraint: control points stay this near to R
   double min_altitude_m = 0.3, max_altitude_m = 50.0;  ///< [m] box constraint in z, local frame
-  int max_evaluations = 60;                            ///< [1] L-BFGS evaluations per attempt
-  int max_attempts = 3;                                ///< [1] restarts with a doubled lambda_obs
-  int threads = 2;                                     ///< [1] for the parallel decomposition
+  double restart_distance_m =
+      1.0;                   ///< [m] farther from its plan than this the vehicle gets a new start
+  int max_evaluations = 60;  ///< [1] L-BFGS evaluations per attempt
+  int max_attempts = 3;      ///< [1] restarts with a doubled lambda_obs
+  int threads = 2;           ///< [1] for the parallel decomposition
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
@@ -51,6 +53,8 @@ struct GlobalPlannerConfig
       "lowest altitude of the reference");
     v("max_altitude_m", c.max_altitude_m, Range{-1000.0, 10000.0},
       "highest altitude of the reference");
+    v("restart_distance_m", c.restart_distance_m, Range{0.1, 100.0},
+      "farther from its plan than this, the plan starts anew at the vehicle");
     v("max_evaluations", c.max_evaluations, Range{1, 10000}, "cost evaluations of J per attempt",
       Level::Expert);
     v("max_attempts", c.max_attempts, Range{1, 10}, "attempts with doubled obstacle weight",

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "slalom/core/Fields.h"
+#include "slalom/core/Vehicle.h"
+#include "slalom/estimation/FilterConfig.h"
+#include "slalom/global_planner/GlobalPlannerConfig.h"
+#include "slalom/local_planner/LocalPlannerConfig.h"
+#include "slalom/mapping/MapperConfig.h"
+
+namespace slalom::mrpt_io
+{
+class ConfigBinder;
+}
+
+namespace slalom::engine
+{
+/// Where the vehicle's state comes from.
+enum class StateSourceKind
+{
+  Auto,             ///< fusion when there is GPS or velocity, else poses, else static
+  Fusion,           ///< error-state filter on GPS, IMU and velocity
+  PoseObservation,  ///< poses of an external source
+  Static,           ///< the vehicle stands still at the origin
+  Truth             ///< ground-truth poses of a simulator
+};
+
+/// INI section [state].
+struct StateConfig
+{
+  StateSourceKind source = StateSourceKind::Auto;
+  double wait_s = 5.0;  ///< [s] Auto: without any usable source for this long, stand still
+  double anchor_rate_mps = 0.05;  ///< [m/s] how fast the mission follows a drifting local frame
+
+  template <class Self, class Visit>
+  static void fields(Self& c, Visit&& v)
+  {
+    using K = StateSourceKind;
+    v("source", c.source,
+      core::Names<K>{{"auto", K::Auto},
+                     {"fusion", K::Fusion},
+                     {"pose_observation", K::PoseObservation},
+                     {"static", K::Static},
+                     {"truth", K::Truth}},
+      "where the vehicle's pose comes from");
+    v("wait_s", c.wait_s, core::Range{0.0, 600.0}, "auto: how long to wait for a usable source",
+      core::Level::Expert);
+    v("anchor_rate_mps", c.anchor_rate_mps, core::Range{0.0, 10.0},
+      "how fast the mission is moved when GPS corrects the position", core::Level::Expert);
+  }
+};
+
+/// INI section [mission].
+struct MissionConfig
+{
+  double goal_tolerance_m = 0.5;  ///< [m]
+  double knot_span_s = 0.2;       ///< [s] of the reference spline
+  double speed_share =
+      0.9;  ///< [1] of the vehicle's limits used by R; the rest is reserve for detours
+  double max_lead_s = 0.6;  ///< [s] how far the reference may run ahead of a delayed vehicle
+
+  template <class Self, class Visit>
+  static void fields(Self& c, Visit&& v)
+  {
+    using core::Level;
+    using core::Range;
+    v("goal_tolerance_m", c.goal_tolerance_m, Range{0.01, 100.0},
+      "the goal counts as reached within this");
+    v("knot_span_s", c.knot_span_s, Range{0.02, 1.0}, "knot span of the reference spline",
+      Level::Expert);
+    v("speed_share", c.speed_share, Range{0.1, 1.0},
+      "share of the vehicle's limits that the reference uses");
+    v("max_lead_s", c.max_lead_s, Range{0.0, 10.0},
+      "how far the reference may run ahead of a delayed vehicle", Level::Expert);
+  }
+};
+
+/// INI section [engine].
+struct RateConfig
+{
+  double local_period_s = 0.05;  ///< [s] one local planner step per period
+  double global_period_s = 0.1;  ///< [s] at most one global step per period and per new map
+  double map_timeout_s = 1.0;    ///< [s] an older map is not trusted: brake
+
+  template <class Self, class Visit>
+  static void fields(Self& c, Visit&& v)
+  {
+    using core::Range;
+    v("local_period_s", c.local_period_s, Range{0.005, 1.0},
+      "period of the local planner and its deadline");
+    v("global_period_s", c.global_period_s, Range{0.01, 10.0},
+      "shortest time between two global steps and its deadline");
+    v("map_timeout_s", c.map_timeout_s, Range{0.05, 60.0},
+      "with a map older than this the vehicle brakes");
+  }
+};
+
+struct EngineConfig
+{
+  core::Vehicle vehicle;
+  RateConfig rates;
+  StateConfig state;
+  MissionConfig mission;
+  estimation::FilterConfig estimation;
+  mapping::MapperConfig mapping;
+  global_planner::GlobalPlannerConfig global_planner;
+  local_planner::LocalPlannerConfig local_planner;
+};
+
+/// Binds every section of the engine. @throws mrpt_io::ConfigError
+void bind(mrpt_io::ConfigBinder& binder, EngineConfig& config);
+
+/// Rules between fields: horizon inside the window, clearance above the radius, ... @throws
+/// mrpt_io::ConfigError
+void check(const EngineConfig& config);
+
+/// All engine keys as Markdown, section by section.
+[[nodiscard]] std::string describeEngineConfig();
+
+}  // namespace slalom::engine

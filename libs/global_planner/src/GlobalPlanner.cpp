@@ -1,0 +1,417 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slalom/global_planner/GlobalPlanner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "slalom/global_planner/GradientVectors.h"
+#include "slalom/global_planner/OccupiedSegments.h"
+#include "slalom/global_planner/PushingDirections.h"
+#include "slalom/global_planner/RefinementCost.h"
+#include "slalom/optim/BoxMinimizer.h"
+
+namespace slalom::global_planner
+{
+namespace
+{
+using core::DistanceField;
+using core::UnknownAs;
+using spline::UniformBSpline;
+
+constexpr Eigen::Index kFixedAtStart =
+    4;                                   // the span under the vehicle keeps its four control points
+constexpr Eigen::Index kFixedAtEnd = 3;  // position, velocity and acceleration join R
+constexpr double kMergeGap_s = 0.6;
+
+double optimisticDistance(const DistanceField& field, const Eigen::Vector3d& p_L)
+{
+  return field.distance(p_L, UnknownAs::Free).value_or(field.maxDistance());
+}
+
+/// What one step works on: the part of the curve ahead of the vehicle.
+struct Window
+{
+  double from = 0.0, to = 0.0;        // [s]
+  Eigen::Index first = 0, count = 0;  // control points first .. first + count - 1
+  bool blocked_end = false;           // R beyond `to` is occupied as far as the map reaches
+  bool goal_blocked = false;          // ... including its very end
+
+  [[nodiscard]] Eigen::Index firstFree() const { return kFixedAtStart; }
+  [[nodiscard]] Eigen::Index lastFree() const { return count - 1 - kFixedAtEnd; }
+  [[nodiscard]] bool hasFreePoints() const { return lastFree() >= firstFree(); }
+};
+
+/// Parameter of the knot at which control point `index` has most influence (Greville abscissa) [s].
+double influenceTime(const UniformBSpline& curve, Eigen::Index index)
+{
+  return curve.start() + curve.knotSpan() * static_cast<double>(index - 1);
+}
+
+/// Moves a point up the distance gradient until it keeps `clearance`, at most one metre.
+Eigen::Vector3d escape(const DistanceField& field, Eigen::Vector3d p_L, double clearance)
+{
+  for (int i = 0; i < 10; ++i)
+  {
+    const auto here = field.sample(p_L, UnknownAs::Free);
+    if (!here || here->distance >= clearance || here->gradient.norm() < 1e-3) break;
+    p_L += here->gradient.normalized() * std::min(0.2, clearance - here->distance + 1e-3);
+  }
+  return p_L;
+}
+
+/// One step's working set; the step itself is the list of its member calls in
+/// GlobalPlanner::step().
+class Refinement
+{
+ public:
+  Refinement(const GlobalPlannerConfig& config, const core::Vehicle& vehicle,
+             const GlobalPlannerInput& input)
+      : config_(config),
+        vehicle_(vehicle),
+        in_(input),
+        field_(*input.field),
+        r_(*input.reference),
+        // Surfaces are known to half a voxel's edge, corners of voxels reach a little farther.
+        hard_(vehicle.radius_m + 0.4 * input.field->resolution()),
+        curve_(usablePrevious() ? in_.previous->spline : r_)
+  {
+  }
+
+  GlobalPlannerOutput run();
+
+ private:
+  [[nodiscard]] bool usablePrevious() const;
+  void chooseWindow();
+  [[nodiscard]] Eigen::Matrix3Xd startPoints();
+  [[nodiscard]] Eigen::VectorXd fitWeights() const;
+  bool pushOut(Eigen::Matrix3Xd& points, std::vector<Push>& pushes);
+  void pushSegment(const OccupiedSegment& segment, const PushingPath& path,
+                   Eigen::Matrix3Xd& points, std::vector<Push>& pushes);
+  void keepClear(const Eigen::Matrix3Xd& points, std::vector<Push>& pushes) const;
+  [[nodiscard]] Eigen::Matrix3Xd minimise(Eigen::Matrix3Xd points, std::vector<Push> pushes,
+                                          double gain);
+  [[nodiscard]] UniformBSpline curveWith(const Eigen::Matrix3Xd& points) const;
+  [[nodiscard]] std::vector<OccupiedSegment> occupied(const UniformBSpline& curve) const;
+  [[nodiscard]] GlobalPlannerOutput commit(RefineOutcome outcome, const UniformBSpline& curve);
+  [[nodiscard]] GlobalPlannerOutput keep(RefineOutcome outcome);
+
+  const GlobalPlannerConfig& config_;
+  const core::Vehicle& vehicle_;
+  const GlobalPlannerInput& in_;
+  const DistanceField& field_;
+  const UniformBSpline& r_;
+  const double hard_;
+  UniformBSpline curve_;
+  Window window_;
+  bool recovered_ = false;
+  core::RefinementRecord record_;
+};
+
+bool Refinement::usablePrevious() const
+{
+  return in_.previous && in_.previous->spline.size() == in_.reference->size() &&
+         in_.previous->spline.knotSpan() == in_.reference->knotSpan();
+}
+
+void Refinement::chooseWindow()
+{
+  const Eigen::AlignedBox3d inside(field_.bounds().min().array() + field_.resolution(),
+                                   field_.bounds().max().array() - field_.resolution());
+  const double step = r_.knotSpan();
+  window_.from = std::clamp(in_.progress, r_.start(), r_.end());
+  double to = window_.from, length = 0.0, last_free = window_.from;
+  bool free = true;
+  // At least horizon_m of R, then on until R is free again, never beyond the map.
+  for (;;)
+  {
+    free = optimisticDistance(field_, r_.position(to)) >= 1.05 * hard_;
+    if (free) last_free = to;
+    if ((length >= config_.horizon_m && free) || to >= r_.end()) break;
+    const double next = std::min(to + step, r_.end());
+    if (!inside.contains(r_.position(next))) break;
+    length += (r_.position(next) - r_.position(to)).norm();
+    to = next;
+  }
+  window_.blocked_end = !free;
+  window_.goal_blocked = !free && to >= r_.end();
+  window_.to = free ? to : last_free;
+  window_.first = r_.spanAt(window_.from);
+  window_.count = r_.spanAt(window_.to) + UniformBSpline::kDegree + 1 - window_.first;
+}
+
+Eigen::Matrix3Xd Refinement::startPoints()
+{
+  Eigen::Matrix3Xd points = curve_.controlPoints().middleCols(window_.first, window_.count);
+  const auto reference = r_.controlPoints().middleCols(window_.first, window_.count);
+  const Eigen::Index free = window_.lastFree() - window_.firstFree() + 1;
+
+  const bool reference_is_clear =
+      findOccupiedSegments(r_, window_.from, window_.to, field_, config_.clearance_m, kMergeGap_s)
+          .empty();
+  if (reference_is_clear && free > 0)
+    points.middleCols(kFixedAtStart, free) = reference.middleCols(kFixedAtStart, free);
+  points.rightCols(std::min(kFixedAtEnd, window_.count)) =
+      reference.rightCols(std::min(kFixedAtEnd, window_.count));
+
+  // A vehicle that is far from its plan (open-loop replay, a gust) starts a new one where it is.
+  const Eigen::Vector3d off = in_.state.p_L - curve_.position(window_.from);
+  if (off.norm() > config_.restart_distance_m && free > 0)
+  {
+    const Eigen::Vector3d step = in_.state.v_W * r_.knotSpan();
+    for (Eigen::Index i = 0; i < kFixedAtStart; ++i)
+      points.col(i) = in_.state.p_L + step * static_cast<double>(i - 1);
+    constexpr double kBlend = 12.0;
+    for (Eigen::Index i = kFixedAtStart; i <= window_.lastFree(); ++i)
+      points.col(i) += off * std::max(0.0, 1.0 - static_cast<double>(i - 3) / kBlend);
+  }
+  return points;
+}
+
+Eigen::VectorXd Refinement::fitWeights() const
+{
+  // Where R itself is too near to obstacles, leaving it is the purpose: no pull back there, nor one
+  // metre around.
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(window_.count);
+  constexpr double kAround_s = 1.0;
+  for (const OccupiedSegment& s :
+       findOccupiedSegments(r_, window_.from, window_.to, field_, config_.clearance_m, kMergeGap_s))
+    for (Eigen::Index i = 0; i < window_.count; ++i)
+    {
+      const double t = influenceTime(r_, window_.first + i);
+      if (t > s.from - kAround_s && t < s.to + kAround_s) weights[i] = 0.0;
+    }
+  return weights;
+}
+
+UniformBSpline Refinement::curveWith(const Eigen::Matrix3Xd& points) const
+{
+  Eigen::Matrix3Xd all = curve_.controlPoints();
+  all.middleCols(window_.first, window_.count) = points;
+  const Eigen::Index behind = window_.first + window_.count;
+  all.rightCols(all.cols() - behind) = r_.controlPoints().rightCols(all.cols() - behind);
+  return curve_.withControlPoints(std::move(all));
+}
+
+std::vector<OccupiedSegment> Refinement::occupied(const UniformBSpline& curve) const
+{
+  // The span under the vehicle cannot be changed any more; what is judged begins behind it.
+  const double from =
+      std::min(window_.to, curve.start() + curve.knotSpan() * double(window_.first + 1));
+  return findOccupiedSegments(curve, from, window_.to, field_, hard_, kMergeGap_s);
+}
+
+bool Refinement::pushOut(Eigen::Matrix3Xd& points, std::vector<Push>& pushes)
+{
+  const UniformBSpline curve = curveWith(points);
+  for (const OccupiedSegment& segment : occupied(curve))
+  {
+    const double length = curve.length(segment.from, segment.to);
+    const auto count = static_cast<Eigen::Index>(
+        std::clamp(std::ceil((segment.to - segment.from) / curve.knotSpan()) + 2.0, 5.0, 80.0));
+    const Eigen::Vector3d start = escape(field_, curve.position(segment.from), 1.05 * hard_);
+    const Eigen::Vector3d goal = escape(field_, curve.position(segment.to), 1.05 * hard_);
+    record_.occupied_segments.push_back(curve.sample(
+        segment.from, segment.to, std::max<Eigen::Index>(2, Eigen::Index(length / 0.1))));
+    const PushingPath path = findPushingPath(field_, start, goal, count, hard_, config_);
+    if (path.guide.cols() > 0) record_.guides.push_back(path.guide);
+    if (!path.found)
+    {
+      record_.outcome = path.reason;
+      return false;
+    }
+    recovered_ = recovered_ || path.recovered;
+    record_.pushing_paths.push_back(path.path);
+    record_.polyhedra.insert(record_.polyhedra.end(), path.polyhedra.begin(), path.polyhedra.end());
+    pushSegment(segment, path, points, pushes);
+  }
+  return true;
+}
+
+void Refinement::pushSegment(const OccupiedSegment& segment, const PushingPath& path,
+                             Eigen::Matrix3Xd& points, std::vector<Push>& pushes)
+{
+  const Eigen::Matrix3Xd before = points;
+  const double duration = segment.to - segment.from;
+  for (Eigen::Index i = window_.firstFree(); i <= window_.lastFree(); ++i)
+  {
+    const double share = (influenceTime(r_, window_.first + i) - segment.from) / duration;
+    if (share < 0.0 || share > 1.0) continue;
+    const double at = share * static_cast<double>(path.path.cols() - 1);
+    const auto k = std::min<Eigen::Index>(static_cast<Eigen::Index>(at), path.path.cols() - 2);
+    const double u = at - static_cast<double>(k);
+    const Eigen::Vector3d even = (1.0 - u) * path.path.col(k) + u * path.path.col(k + 1);
+    const Eigen::Vector3d target =
+        crossing(before.col(i - 1), before.col(i), before.col(i + 1), path.path).value_or(even);
+    const Eigen::Vector3d pull = target - before.col(i);
+    points.col(i) = even;
+    if (pull.norm() < 1e-5) continue;
+    // S_* already keeps D_z where the gap permits, so the pull ends on it: its anchor lies D_z
+    // behind (D-05).
+    const Eigen::Vector3d direction = pull.normalized();
+    pushes.push_back({i, target - config_.clearance_m * direction, direction});
+    record_.directions.push_back({before.col(i), target});
+  }
+}
+
+void Refinement::keepClear(const Eigen::Matrix3Xd& points, std::vector<Push>& pushes) const
+{
+  for (Eigen::Index i = window_.firstFree(); i <= window_.lastFree(); ++i)
+  {
+    const Eigen::Vector3d p = points.col(i);
+    const auto here = field_.sample(p, UnknownAs::Free);
+    if (!here || here->distance >= 1.5 * config_.clearance_m) continue;
+    const double steepness = here->gradient.norm();
+    if (steepness < 0.2) continue;  // on a ridge between two obstacles there is no side to prefer
+    const Eigen::Vector3d normal = here->gradient / steepness;
+    pushes.push_back({i, p - here->distance * normal, normal});
+  }
+}
+
+Eigen::Matrix3Xd Refinement::minimise(Eigen::Matrix3Xd points, std::vector<Push> pushes,
+                                      double gain)
+{
+  RefinementCost::Problem problem;
+  problem.points = std::move(points);
+  problem.reference = r_.controlPoints().middleCols(window_.first, window_.count);
+  problem.fit_weight = fitWeights();
+  problem.first_free = window_.firstFree();
+  problem.last_free = window_.lastFree();
+  problem.knot_span = r_.knotSpan();
+  problem.pushes = std::move(pushes);
+  problem.obstacle_gain = gain;
+
+  const Eigen::Index free = problem.last_free - problem.first_free + 1;
+  Eigen::Matrix3Xd lower =
+      problem.reference.middleCols(problem.first_free, free).array() - config_.max_offset_m;
+  Eigen::Matrix3Xd upper =
+      problem.reference.middleCols(problem.first_free, free).array() + config_.max_offset_m;
+  lower.row(2) = lower.row(2).cwiseMax(config_.min_altitude_m).cwiseMin(config_.max_altitude_m);
+  upper.row(2) = upper.row(2).cwiseMin(config_.max_altitude_m).cwiseMax(config_.min_altitude_m);
+
+  RefinementCost cost(std::move(problem), config_, vehicle_);
+  optim::BoxMinimizerConfig solver;
+  solver.max_evaluations = config_.max_evaluations;
+  const optim::BoxMinimum minimum = optim::minimizeInBox(
+      [&cost](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) { return cost(x, gradient); },
+      cost.start(), lower.reshaped(), upper.reshaped(), solver, in_.deadline);
+  record_.solve = minimum.report;
+  return cost.points(minimum.x);
+}
+
+GlobalPlannerOutput Refinement::commit(RefineOutcome outcome, const UniformBSpline& curve)
+{
+  RefinedReference refined{curve};
+  refined.clear_until = window_.to;
+  refined.stop_at = window_.blocked_end ? window_.to : r_.end();
+  refined.sequence = in_.previous ? in_.previous->sequence + 1 : 1;
+  refined.map_sequence = field_.sequence();
+  record_.min_clearance_m = minClearance(curve, window_.from, window_.to, field_);
+  record_.ran = true;
+  if (record_.outcome.empty()) record_.outcome = toString(outcome);
+  return {outcome, std::make_shared<const RefinedReference>(std::move(refined)),
+          std::move(record_)};
+}
+
+GlobalPlannerOutput Refinement::keep(RefineOutcome outcome)
+{
+  // The previous plan stays, but nobody may follow it into what is known to block it.
+  RefinedReference kept{curve_};
+  const auto blocked = findOccupiedSegments(curve_, window_.from, window_.to, field_, hard_, 0.0);
+  kept.clear_until = blocked.empty() ? window_.to : blocked.front().from;
+  kept.stop_at =
+      blocked.empty() ? (window_.blocked_end ? window_.to : r_.end()) : blocked.front().from;
+  kept.sequence = in_.previous ? in_.previous->sequence + 1 : 1;
+  kept.map_sequence = field_.sequence();
+  record_.min_clearance_m = minClearance(curve_, window_.from, window_.to, field_);
+  record_.ran = true;
+  const std::string detail = record_.outcome;
+  record_.outcome = std::string(toString(outcome)) + (detail.empty() ? "" : " (" + detail + ")");
+  return {outcome, std::make_shared<const RefinedReference>(std::move(kept)), std::move(record_)};
+}
+
+GlobalPlannerOutput Refinement::run()
+{
+  chooseWindow();
+  if (!window_.hasFreePoints())
+    return keep(window_.goal_blocked ? RefineOutcome::GoalBlocked : RefineOutcome::Clear);
+
+  Eigen::Matrix3Xd points = startPoints();
+  double gain = 1.0;
+  for (int attempt = 0; attempt < config_.max_attempts; ++attempt, gain *= 2.0)
+  {
+    std::vector<Push>
+        pushes;  // seeded anew at every attempt: anchors belong to the points they were made for
+    if (!pushOut(points, pushes)) return keep(RefineOutcome::GuideFailed);
+    keepClear(points, pushes);
+    points = minimise(std::move(points), std::move(pushes), gain);
+    const UniformBSpline curve = curveWith(points);
+    if (!occupied(curve).empty()) continue;
+    return commit(window_.goal_blocked                ? RefineOutcome::GoalBlocked
+                  : recovered_                        ? RefineOutcome::Recovered
+                  : record_.occupied_segments.empty() ? RefineOutcome::Clear
+                                                      : RefineOutcome::Refined,
+                  curve);
+  }
+  return keep(RefineOutcome::StillOccupied);
+}
+
+}  // namespace
+
+std::string_view toString(RefineOutcome outcome)
+{
+  switch (outcome)
+  {
+    case RefineOutcome::Clear:
+      return "Clear";
+    case RefineOutcome::Refined:
+      return "Refined";
+    case RefineOutcome::Recovered:
+      return "Recovered";
+    case RefineOutcome::GuideFailed:
+      return "GuideFailed";
+    case RefineOutcome::StillOccupied:
+      return "StillOccupied";
+    case RefineOutcome::GoalBlocked:
+      return "GoalBlocked";
+    case RefineOutcome::NoField:
+      return "NoField";
+  }
+  return "?";
+}
+
+GlobalPlanner::GlobalPlanner(const GlobalPlannerConfig& config, const core::Vehicle& vehicle)
+    : config_(config), vehicle_(vehicle)
+{
+  if (config.clearance_m <= vehicle.radius_m)
+    throw std::invalid_argument(
+        "global_planner.clearance_m = " + std::to_string(config.clearance_m) +
+        " must exceed vehicle.radius_m = " + std::to_string(vehicle.radius_m));
+  if (config.min_altitude_m >= config.max_altitude_m)
+    throw std::invalid_argument(
+        "global_planner.min_altitude_m = " + std::to_string(config.min_altitude_m) +
+        " must be below max_altitude_m = " + std::to_string(config.max_altitude_m));
+}
+
+GlobalPlannerOutput GlobalPlanner::step(const GlobalPlannerInput& input) const
+{
+  if (!input.field)
+  {
+    GlobalPlannerOutput output;
+    output.refined = input.previous;
+    if (!output.refined)
+    {
+      RefinedReference as_given{*input.reference};
+      as_given.clear_until = as_given.stop_at =
+          input.reference->start();  // nothing is known to be clear
+      output.refined = std::make_shared<const RefinedReference>(std::move(as_given));
+    }
+    output.record.ran = true;
+    output.record.outcome = toString(RefineOutcome::NoField);
+    return output;
+  }
+  return Refinement(config_, vehicle_, input).run();
+}
+
+}  // namespace slalom::global_planner
