@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slalom/engine/Engine.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "DecisionHash.h"
+#include "Pipeline.h"
+#include "ReferenceClock.h"
+#include "ScanAssembler.h"
+#include "StateSource.h"
+#include "Stopwatch.h"
+#include "slalom/local_planner/LocalPlanner.h"
+#include "slalom/spline/WaypointFit.h"
+
+namespace slalom::engine
+{
+namespace
+{
+using global_planner::RefinedReference;
+using global_planner::RefineOutcome;
+using spline::UniformBSpline;
+
+constexpr double kMergeWithStart_m = 1.0;  // a first waypoint this near is the vehicle's own place
+constexpr double kAtRest_mps = 0.1;
+
+/// One mission in flight. R is fitted in the world frame once and follows the drift of the local
+/// frame slowly.
+struct Flight
+{
+  std::uint64_t number = 0;
+  UniformBSpline reference_W;
+  std::shared_ptr<const UniformBSpline> reference_L;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // L minus W, as used for reference_L
+  double length = 0.0;
+  bool reached = false;
+
+  void moveTo(const Eigen::Vector3d& new_offset)
+  {
+    offset = new_offset;
+    reference_L = std::make_shared<const UniformBSpline>(
+        reference_W.withControlPoints(reference_W.controlPoints().colwise() + offset));
+  }
+};
+
+UniformBSpline fitReference(const Mission& mission, const core::VehicleState& state,
+                            const EngineConfig& config)
+{
+  const Eigen::Matrix3Xd& given = mission.waypoints_W;
+  const bool starts_here =
+      given.cols() >= 2 && (given.col(0) - state.p_W).norm() < kMergeWithStart_m;
+  const Eigen::Index used = given.cols() - (starts_here ? 1 : 0);
+  Eigen::Matrix3Xd waypoints(3, used + 1);
+  waypoints.col(0) = state.p_W;
+  waypoints.rightCols(used) = given.rightCols(used);
+  spline::FitLimits limits;
+  limits.max_speed = config.mission.speed_share * config.vehicle.max_speed_mps;
+  limits.max_acceleration = config.mission.speed_share * config.vehicle.max_acceleration_mps2;
+  limits.knot_span = config.mission.knot_span_s;
+  return spline::fitWaypoints(waypoints, limits);
+}
+
+Eigen::Matrix3Xd samplePath(const UniformBSpline& curve, double from, double to, double step_s)
+{
+  return curve.sample(from, to, std::max<Eigen::Index>(2, Eigen::Index((to - from) / step_s) + 1));
+}
+
+}  // namespace
+
+std::string_view toString(EngineStatus status)
+{
+  switch (status)
+  {
+    case EngineStatus::WaitingForState:
+      return "WAITING_FOR_STATE";
+    case EngineStatus::NoMission:
+      return "NO_MISSION";
+    case EngineStatus::Navigating:
+      return "NAVIGATING";
+    case EngineStatus::GoalReached:
+      return "GOAL_REACHED";
+    case EngineStatus::GoalBlocked:
+      return "GOAL_BLOCKED";
+  }
+  return "?";
+}
+
+struct Engine::Impl
+{
+  Impl(const EngineConfig& c, Execution execution)
+      : config(c),
+        source(c.state, c.estimation),
+        pipeline(c, execution),
+        local(c.local_planner, c.vehicle),
+        clock(c.mission.max_lead_s)
+  {
+  }
+
+  void mapPending(double t);
+  void startMission(const core::VehicleState& state);
+  void followDrift(const core::VehicleState& state, double dt);
+  void requestRefinement(const core::VehicleState& state, double t);
+  void takeRefinement(core::CycleRecord& record);
+  void plan(core::CycleRecord& record, double dt);
+  void judge(const core::CycleRecord& record);
+  void describe(core::CycleRecord& record) const;
+  void finish(core::CycleRecord& record, const Stopwatch& watch);
+
+  EngineConfig config;
+  StateSource source;
+  ScanAssembler scans;
+  Pipeline pipeline;
+  local_planner::LocalPlanner local;
+  ReferenceClock clock;
+  EngineStatistics statistics;
+  EngineStatus status = EngineStatus::WaitingForState;
+
+  std::optional<Mission> waiting_mission;
+  std::optional<Flight> flight;
+  std::uint64_t missions = 0;
+  std::shared_ptr<const RefinedReference> refined;
+  RefineOutcome outcome = RefineOutcome::NoField;
+  core::RefinementRecord explanation;
+
+  std::uint64_t seen_map = 0, refined_map = 0, seen_refinement = 0;
+  double last_refine_t = -std::numeric_limits<double>::infinity();
+  std::optional<double> last_t;
+  core::VelocityCommand last_command;
+  DecisionHash hash;
+  double estimate_s = 0.0;  // wall time of add() since the last cycle
+};
+
+void Engine::Impl::mapPending(double t)
+{
+  for (MapJob& job : scans.take(source, t, statistics.dropped))
+  {
+    ++statistics.scans;
+    if (const std::size_t lost = pipeline.map(std::move(job)))
+    {
+      statistics.dropped["scan: mapper late"] += lost;
+      statistics.late_map += lost;
+    }
+  }
+}
+
+void Engine::Impl::startMission(const core::VehicleState& state)
+{
+  Flight next{++missions, fitReference(*waiting_mission, state, config), nullptr, {}, 0.0, false};
+  next.length = next.reference_W.length(next.reference_W.start(), next.reference_W.end());
+  next.moveTo(state.p_L - state.p_W);
+  clock.restart(next.reference_W.start());
+  flight = std::move(next);
+  waiting_mission.reset();
+  refined.reset();
+  outcome = RefineOutcome::NoField;
+  explanation = {};
+  last_refine_t = -std::numeric_limits<double>::infinity();
+  local.reset();
+}
+
+void Engine::Impl::followDrift(const core::VehicleState& state, double dt)
+{
+  const Eigen::Vector3d missing = (state.p_L - state.p_W) - flight->offset;
+  const double allowed = config.state.anchor_rate_mps * dt;
+  if (missing.norm() < 1e-9 || allowed <= 0.0) return;
+  flight->moveTo(flight->offset + missing * std::min(1.0, allowed / missing.norm()));
+}
+
+void Engine::Impl::requestRefinement(const core::VehicleState& state, double t)
+{
+  const auto map = pipeline.latestMap();
+  if (!map || map->count == refined_map || t - last_refine_t < config.rates.global_period_s - 1e-6)
+    return;
+  refined_map = map->count;
+  last_refine_t = t;
+  GlobalJob job{flight->number,
+                {flight->reference_L, refined, map->field, state, clock.progress(), {}}};
+  if (pipeline.refine(std::move(job)) > 0) ++statistics.late_global;
+}
+
+void Engine::Impl::takeRefinement(core::CycleRecord& record)
+{
+  const auto result = pipeline.latestRefinement();
+  if (!result || result->count == seen_refinement) return;
+  seen_refinement = result->count;
+  if (!flight || result->mission != flight->number) return;
+  refined = result->output.refined;
+  outcome = result->output.outcome;
+  explanation = result->output.record;
+  record.refinement.ran = true;
+  record.timing.global = result->wall_s;
+  ++statistics.replans;
+  const bool failed = outcome == RefineOutcome::GuideFailed ||
+                      outcome == RefineOutcome::StillOccupied || outcome == RefineOutcome::NoField;
+  ++(failed ? statistics.refined_failed : statistics.refined_ok);
+  if (outcome == RefineOutcome::Recovered) ++statistics.recoveries;
+  if (result->wall_s > config.rates.global_period_s) ++statistics.late_global;
+}
+
+void Engine::Impl::plan(core::CycleRecord& record, double dt)
+{
+  const auto map = pipeline.latestMap();
+  const bool map_is_fresh = map && record.t - map->field->stamp() <= config.rates.map_timeout_s;
+  local_planner::LocalPlannerInput input;
+  input.state = record.state;
+  input.last_command = last_command;
+  std::string brake;
+  if (flight->reached)
+    brake = "goal reached: hold";
+  else if (map_is_fresh && refined)
+  {
+    input.field = map->field;
+    input.reference = {refined, &refined->spline};
+    input.stop_at = refined->stop_at;
+  }
+  else if (!map && !config.rates.require_map)
+  {
+    input.reference = flight->reference_L;
+    input.stop_at = flight->reference_L->end();
+  }
+  else
+    brake = !map           ? "no map yet: brake"
+            : map_is_fresh ? "no refined reference yet: brake"
+                           : "map too old: brake";
+
+  if (input.reference)
+  {
+    clock.advance(dt, *input.reference, input.state.p_L, input.stop_at, config.vehicle);
+    input.progress = clock.progress();
+    input.rate = clock.rate();
+    record.refined_point_L = input.reference->position(input.progress);
+    record.refined = samplePath(
+        *input.reference, input.progress,
+        std::min(input.stop_at + 1e-3,
+                 input.progress + config.global_planner.horizon_m / config.vehicle.max_speed_mps),
+        0.1);
+  }
+  const Stopwatch watch;
+  local_planner::LocalPlannerOutput output = local.step(input);
+  record.timing.local = watch.seconds();
+  if (record.timing.local > config.rates.local_period_s) ++statistics.late_local;
+
+  record.command = output.command;
+  record.horizon = std::move(output.horizon_L);
+  record.horizon_yaw = std::move(output.horizon_yaw);
+  record.nmpc = std::move(output.report);
+  if (output.fallback != local_planner::Fallback::None) record.fallback = toString(output.fallback);
+  if (output.fallback == local_planner::Fallback::Shifted) ++statistics.fallback_shifted;
+  if (output.fallback == local_planner::Fallback::Brake && brake.empty())
+    ++statistics.fallback_brake;
+  record.reason = brake.empty() ? std::move(output.reason) : std::move(brake);
+  if (record.horizon.cols() > 1)
+  {
+    record.setpoint_L = record.horizon.col(1);
+    record.setpoint_yaw = record.horizon_yaw[1];
+  }
+}
+
+void Engine::Impl::judge(const core::CycleRecord& record)
+{
+  if (!flight)
+  {
+    status = EngineStatus::NoMission;
+    return;
+  }
+  const Eigen::Vector3d goal_L = flight->reference_L->position(flight->reference_L->end());
+  flight->reached =
+      flight->reached || (record.state.p_L - goal_L).norm() <= config.mission.goal_tolerance_m;
+  const bool resting_before_blockage =
+      outcome == RefineOutcome::GoalBlocked && refined && record.state.v_W.norm() < kAtRest_mps &&
+      (record.state.p_L - refined->spline.position(refined->stop_at)).norm() <=
+          config.mission.goal_tolerance_m;
+  status = flight->reached           ? EngineStatus::GoalReached
+           : resting_before_blockage ? EngineStatus::GoalBlocked
+                                     : EngineStatus::Navigating;
+}
+
+void Engine::Impl::describe(core::CycleRecord& record) const
+{
+  if (const auto map = pipeline.latestMap())
+  {
+    record.field = map->field;
+    record.map_sequence = map->field->sequence();
+  }
+  if (flight)
+  {
+    const UniformBSpline& r = *flight->reference_L;
+    record.reference = samplePath(r, r.start(), r.end(), 0.2);
+    record.progress_s = clock.progress();
+    record.reference_point_L = r.position(clock.progress());
+    record.distance_to_goal_m = (record.state.p_L - r.position(r.end())).norm();
+    const bool ran = record.refinement.ran;
+    record.refinement = explanation;
+    record.refinement.ran = ran;
+  }
+  if (refined) record.reference_sequence = refined->sequence;
+  record.origin_offset_norm_m = (record.state.p_L - record.state.p_W).norm();
+}
+
+void Engine::Impl::finish(core::CycleRecord& record, const Stopwatch& watch)
+{
+  if (const auto map = pipeline.latestMap(); map && map->count != seen_map)
+  {
+    statistics.map_updates = seen_map = map->count;
+    record.timing.map = map->wall_s;
+    record.timing.edt = map->transform_s;
+    if (map->wall_s > config.rates.global_period_s) ++statistics.late_map;
+  }
+  record.status = toString(status);
+  hash.add(record);
+  record.decision_hash = hash.value();
+  record.timing.estimate = std::exchange(estimate_s, 0.0);
+  record.timing.cycle = watch.seconds() + record.timing.estimate;
+  last_command = record.command;
+  statistics.state_source = source.name();
+}
+
+Engine::Engine(const EngineConfig& config, Execution execution)
+{
+  check(config);
+  impl_ = std::make_unique<Impl>(config, execution);
+}
+
+Engine::~Engine() = default;
+
+void Engine::setMission(const Mission& mission)
+{
+  if (mission.waypoints_W.cols() == 0 || !mission.waypoints_W.allFinite())
+    throw std::invalid_argument("a mission needs at least one waypoint with finite coordinates");
+  impl_->flight.reset();
+  impl_->waiting_mission = mission;
+}
+
+void Engine::clearMission()
+{
+  impl_->flight.reset();
+  impl_->waiting_mission.reset();
+  impl_->refined.reset();
+}
+
+void Engine::add(const core::Measurement& measurement)
+{
+  const Stopwatch watch;
+  impl_->source.add(measurement);
+  if (const auto* scan = std::get_if<core::RangeScan>(&measurement)) impl_->scans.add(*scan);
+  impl_->estimate_s += watch.seconds();
+}
+
+core::CycleRecord Engine::step(double t, bool drive)
+{
+  Impl& me = *impl_;
+  const Stopwatch watch;
+  core::CycleRecord record;
+  record.index = me.statistics.cycles++;
+  record.t = t;
+  const double dt = std::max(0.0, t - me.last_t.value_or(t));
+  me.last_t = t;
+
+  me.mapPending(t);
+  if (const auto state = me.source.state(t))
+  {
+    record.state = *state;
+    if (me.waiting_mission) me.startMission(*state);
+    if (me.flight)
+    {
+      me.followDrift(*state, dt);
+      me.requestRefinement(*state, t);
+      me.takeRefinement(record);
+    }
+    if (me.flight && drive)
+      me.plan(record, dt);
+    else
+      record.reason = me.flight ? "suspended" : "no mission";
+    me.judge(record);
+  }
+  else
+  {
+    me.status = EngineStatus::WaitingForState;
+    record.reason = "no state estimate yet (" + me.source.name() + ")";
+  }
+  me.describe(record);
+  me.finish(record, watch);
+  return record;
+}
+
+EngineStatus Engine::status() const
+{
+  return impl_->status;
+}
+
+std::optional<core::VehicleState> Engine::state() const
+{
+  return impl_->last_t ? impl_->source.state(*impl_->last_t) : std::nullopt;
+}
+
+const EngineStatistics& Engine::statistics() const
+{
+  return impl_->statistics;
+}
+
+double Engine::referenceLength() const
+{
+  return impl_->flight ? impl_->flight->length : 0.0;
+}
+
+bool Engine::writeOctree(const std::filesystem::path& file)
+{
+  impl_->pipeline.drain();
+  return impl_->pipeline.mapper().writeOctree(file);
+}
+
+}  // namespace slalom::engine

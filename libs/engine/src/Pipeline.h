@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "slalom/core/PointCloud.h"
+#include "slalom/core/Published.h"
+#include "slalom/engine/Engine.h"
+#include "slalom/global_planner/GlobalPlanner.h"
+#include "slalom/mapping/Mapper.h"
+
+namespace slalom::engine
+{
+/// One scan ready for fusion.
+struct MapJob
+{
+  double t = 0.0;  ///< [s] end of the scan
+  Eigen::Vector3d p_L = Eigen::Vector3d::Zero();
+  std::vector<core::Ray> rays;
+};
+
+/// Newest map and how long it took.
+struct MapResult
+{
+  std::shared_ptr<const mapping::EdtSnapshot> field;
+  double wall_s = 0.0, transform_s = 0.0;
+  std::uint64_t count = 0;  ///< map steps so far
+};
+
+/// One request to the global planner.
+struct GlobalJob
+{
+  std::uint64_t mission = 0;  ///< results of an earlier mission are ignored
+  global_planner::GlobalPlannerInput input;
+};
+
+/// Newest refinement and how long it took.
+struct GlobalResult
+{
+  std::uint64_t mission = 0;
+  std::uint64_t count = 0;  ///< global steps so far
+  double wall_s = 0.0;
+  global_planner::GlobalPlannerOutput output;
+};
+
+/** A thread that works off jobs in order. When more than `capacity` wait, the oldest are dropped:
+ * late data is worth less than new data. */
+template <class Job>
+class Worker
+{
+ public:
+  Worker(std::size_t capacity, std::function<void(Job)> work)
+      : capacity_(capacity),
+        work_(std::move(work)),
+        thread_([this](std::stop_token stop) { run(stop); })
+  {
+  }
+
+  /// Number of jobs dropped to make room.
+  std::size_t submit(Job job)
+  {
+    std::size_t dropped = 0;
+    {
+      const std::scoped_lock lock(mutex_);
+      jobs_.push_back(std::move(job));
+      for (; jobs_.size() > capacity_; ++dropped) jobs_.pop_front();
+    }
+    wake_.notify_one();
+    return dropped;
+  }
+
+  /// Blocks until nothing is waiting and nothing is being worked on.
+  void drain()
+  {
+    std::unique_lock lock(mutex_);
+    idle_.wait(lock, [this] { return jobs_.empty() && !busy_; });
+  }
+
+ private:
+  void run(const std::stop_token& stop)
+  {
+    std::unique_lock lock(mutex_);
+    while (wake_.wait(lock, stop, [this] { return !jobs_.empty(); }))
+    {
+      Job job = std::move(jobs_.front());
+      jobs_.pop_front();
+      busy_ = true;
+      lock.unlock();
+      work_(std::move(job));
+      lock.lock();
+      busy_ = false;
+      idle_.notify_all();
+    }
+  }
+
+  std::size_t capacity_;
+  std::function<void(Job)> work_;
+  std::mutex mutex_;
+  std::condition_variable_any wake_;
+  std::condition_variable idle_;
+  std::deque<Job> jobs_;
+  bool busy_ = false;
+  std::jthread thread_;  // last: starts when all else exists, stops and joins before anything dies
+};
+
+/// Mapper and global planner behind their snapshots, in the caller's thread or in their own.
+class Pipeline
+{
+ public:
+  Pipeline(const EngineConfig& config, Execution execution);
+
+  std::size_t map(MapJob job);        ///< number of scans dropped because the mapper is late
+  std::size_t refine(GlobalJob job);  ///< number of requests dropped because the planner is late
+  void drain();                       ///< waits for running steps
+
+  [[nodiscard]] std::shared_ptr<const MapResult> latestMap() const { return maps_.latest(); }
+  [[nodiscard]] std::shared_ptr<const GlobalResult> latestRefinement() const
+  {
+    return refinements_.latest();
+  }
+  [[nodiscard]] mapping::Mapper& mapper() { return mapper_; }  ///< only after drain()
+
+ private:
+  void runMap(const MapJob& job);
+  void runRefine(const GlobalJob& job);
+
+  mapping::Mapper mapper_;
+  global_planner::GlobalPlanner planner_;
+  core::Published<MapResult> maps_;
+  core::Published<GlobalResult> refinements_;
+  std::uint64_t map_count_ = 0, refine_count_ = 0;
+  std::unique_ptr<Worker<MapJob>> map_worker_;
+  std::unique_ptr<Worker<GlobalJob>> refine_worker_;
+};
+
+}  // namespace slalom::engine

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "StateSource.h"
+
+#include <algorithm>
+#include <type_traits>
+
+namespace slalom::engine
+{
+namespace
+{
+using Kind = StateSourceKind;
+
+template <class... Types>
+bool isOneOf(const core::Measurement& measurement)
+{
+  return (std::holds_alternative<Types>(measurement) || ...);
+}
+
+}  // namespace
+
+StateSource::StateSource(const StateConfig& config, const estimation::FilterConfig& filter)
+    : config_(config), estimator_(filter), kind_(config.source)
+{
+}
+
+void StateSource::add(const core::Measurement& measurement)
+{
+  if (kind_ == Kind::Auto) decide(measurement);
+  if (kind_ == Kind::Static) newest_ = std::max(newest_, core::timeOf(measurement));
+  if (isOneOf<core::RangeScan>(measurement)) return;
+  if (kind_ == Kind::Auto)
+    undecided_.push_back(measurement);
+  else
+    feed(measurement);
+}
+
+void StateSource::decide(const core::Measurement& measurement)
+{
+  constexpr double kPreferFusion_s = 1.0;  // a pose source may speak before the first GPS fix does
+  const double t = core::timeOf(measurement);
+  if (!first_) first_ = t;
+  const bool poses = std::any_of(undecided_.begin(), undecided_.end(),
+                                 [](const auto& m) { return isOneOf<core::PoseFix>(m); });
+  if (isOneOf<core::PositionFix>(measurement))
+    kind_ = Kind::Fusion;
+  else if (poses && t - *first_ > kPreferFusion_s)
+    kind_ = Kind::PoseObservation;
+  else if (t - *first_ > config_.wait_s)
+    kind_ = Kind::Static;
+  if (kind_ == Kind::Auto) return;
+  for (const core::Measurement& earlier : undecided_) feed(earlier);
+  undecided_.clear();
+}
+
+void StateSource::feed(const core::Measurement& measurement)
+{
+  const bool poses = kind_ == Kind::PoseObservation || kind_ == Kind::Truth;
+  std::visit(
+      [&](const auto& m)
+      {
+        using M = std::decay_t<decltype(m)>;
+        if constexpr (std::is_same_v<M, core::PoseFix>)
+        {
+          if (poses) estimator_.add(m);
+        }
+        else if constexpr (std::is_same_v<M, core::ImuSample>)
+        {
+          if (kind_ == Kind::Fusion || poses) estimator_.add(m);
+        }
+        else if constexpr (!std::is_same_v<M, core::RangeScan>)
+        {
+          if (kind_ == Kind::Fusion) estimator_.add(m);
+        }
+      },
+      measurement);
+  if (const auto state = estimator_.state()) newest_ = state->t;
+}
+
+std::optional<core::VehicleState> StateSource::state(double t) const
+{
+  if (kind_ == Kind::Auto) return std::nullopt;
+  if (kind_ != Kind::Static)
+    if (auto exact = estimator_.stateAt(t)) return exact;
+  if (kind_ == Kind::Static)
+  {
+    core::VehicleState still;
+    still.t = t;
+    return still;
+  }
+  return estimator_.state();
+}
+
+std::optional<core::VehicleState> StateSource::stateAt(double t) const
+{
+  return kind_ == Kind::Static ? state(t) : estimator_.stateAt(t);
+}
+
+std::string StateSource::name() const
+{
+  switch (kind_)
+  {
+    case Kind::Auto:
+      return "undecided";
+    case Kind::Fusion:
+      return "fusion";
+    case Kind::PoseObservation:
+      return "pose_observation";
+    case Kind::Static:
+      return "static";
+    case Kind::Truth:
+      return "truth";
+  }
+  return "?";
+}
+
+}  // namespace slalom::engine
