@@ -100,7 +100,7 @@ struct Engine::Impl
   }
 
   void mapPending(double t);
-  void startMission(const core::VehicleState& state);
+  [[nodiscard]] std::string startMission(const core::VehicleState& state);
   void followDrift(const core::VehicleState& state, double dt);
   void requestRefinement(const core::VehicleState& state, double t);
   void takeRefinement(core::CycleRecord& record);
@@ -146,19 +146,28 @@ void Engine::Impl::mapPending(double t)
   }
 }
 
-void Engine::Impl::startMission(const core::VehicleState& state)
+/// Empty, or why the mission cannot be flown.
+std::string Engine::Impl::startMission(const core::VehicleState& state)
 {
-  Flight next{++missions, fitReference(*waiting_mission, state, config), nullptr, {}, 0.0, false};
-  next.length = next.reference_W.length(next.reference_W.start(), next.reference_W.end());
-  next.moveTo(state.p_L - state.p_W);
-  clock.restart(next.reference_W.start());
-  flight = std::move(next);
-  waiting_mission.reset();
+  const Mission mission = *std::exchange(waiting_mission, std::nullopt);
+  try
+  {
+    Flight next{++missions, fitReference(mission, state, config), nullptr, {}, 0.0, false};
+    next.length = next.reference_W.length(next.reference_W.start(), next.reference_W.end());
+    next.moveTo(state.p_L - state.p_W);
+    clock.restart(next.reference_W.start());
+    flight = std::move(next);
+  }
+  catch (const std::invalid_argument& error)
+  {
+    return std::string("mission refused: ") + error.what();
+  }
   refined.reset();
   outcome = RefineOutcome::NoField;
   explanation = {};
   last_refine_t = -std::numeric_limits<double>::infinity();
   local.reset();
+  return {};
 }
 
 void Engine::Impl::followDrift(const core::VehicleState& state, double dt)
@@ -210,6 +219,8 @@ void Engine::Impl::plan(core::CycleRecord& record, double dt)
   std::string brake;
   if (flight->reached)
     brake = "goal reached: hold";
+  else if (record.t - record.state.t > config.rates.state_timeout_s)
+    brake = "state too old: brake";
   else if (map_is_fresh && refined)
   {
     input.field = map->field;
@@ -363,7 +374,8 @@ core::CycleRecord Engine::step(double t, bool drive)
   if (const auto state = me.source.state(t))
   {
     record.state = *state;
-    if (me.waiting_mission) me.startMission(*state);
+    std::string refusal;
+    if (me.waiting_mission) refusal = me.startMission(*state);
     if (me.flight)
     {
       me.followDrift(*state, dt);
@@ -373,7 +385,7 @@ core::CycleRecord Engine::step(double t, bool drive)
     if (me.flight && drive)
       me.plan(record, dt);
     else
-      record.reason = me.flight ? "suspended" : "no mission";
+      record.reason = me.flight ? "suspended" : refusal.empty() ? "no mission" : refusal;
     me.judge(record);
   }
   else
