@@ -12,6 +12,7 @@
 
 namespace slalom::mrpt_io
 {
+#pragma pack(push, 1)
 /// Layout of the 1206-byte data packet (Velodyne VLP-16 user manual, section 9): 12 blocks of 32
 /// returns.
 struct VelodynePacket
@@ -23,7 +24,6 @@ struct VelodynePacket
   static constexpr std::uint8_t kVlp16 = 0x22, kHdl32 = 0x21;
   static constexpr std::uint8_t kStrongest = 0x37, kLast = 0x38, kDual = 0x39;
 
-#pragma pack(push, 1)
   struct Return
   {
     std::uint16_t distance;  ///< [2 mm]; 0 = no return
@@ -39,8 +39,8 @@ struct VelodynePacket
   std::uint32_t microseconds;  ///< since the full hour (GPS)
   std::uint8_t return_mode;
   std::uint8_t model;
-#pragma pack(pop)
 };
+#pragma pack(pop)
 static_assert(sizeof(VelodynePacket) == 1206);
 
 /// VLP-16 elevation of each laser [deg], in firing order.

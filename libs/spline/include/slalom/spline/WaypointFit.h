@@ -17,10 +17,12 @@ struct FitLimits
 /** Reference R: rest to rest through the waypoints, limits on velocity and acceleration kept
  * everywhere.
  *
- *  A smooth path through the waypoints is given a speed profile (curvature, speed and acceleration
- * limits, zero at both ends) and fitted by a uniform cubic B-spline with zero velocity and
- * acceleration at its ends; if a derivative control point still exceeds a limit, time is stretched
- * until none does. Duplicate consecutive waypoints are merged.
+ *  A C1 path through the waypoints, straight in the middle of long legs, is flown as fast as the
+ * per-axis limits allow and sampled as control points, which can raise no limit and moves the curve
+ * by at most max_acceleration knot_span^2 / 6 per axis; should rounding still exceed a limit, time
+ * is stretched until no derivative control point does. The knot span is kept. Turns sharper than
+ * about 150 degrees are taken at rest. Consecutive waypoints within 1 mm are merged; both ends are
+ * met exactly, with zero velocity and acceleration.
  *  @param waypoints 3xM [m], M >= 2 distinct
  *  @throws std::invalid_argument on fewer than two distinct waypoints, non-finite values or
  * non-positive limits
