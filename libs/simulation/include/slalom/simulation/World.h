@@ -5,6 +5,9 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <vector>
+
+#include "slalom/simulation/Shapes.h"
 
 namespace slalom::simulation
 {
@@ -12,24 +15,31 @@ namespace slalom::simulation
  * boxes and trees from ini, occupied leaves of an octree (.bt/.ot). Shells that enclose unknown
  * space are filled: a hollow trunk is never free. There is a ground plane at z = 0 for csv and ini
  * worlds (key `ground = true`). Immutable, thread-safe.
+ *
+ *  An ini world has sections `[tree.NAME]` (x, y, radius, height), `[box.NAME]` (min, max as
+ * `x,y,z`) and `[world]` (ground).
  *  @throws std::runtime_error naming file, line and value on malformed input */
 class World
 {
  public:
   [[nodiscard]] static World load(const std::filesystem::path& file);
+  /// A world of primitives made in memory. @throws std::invalid_argument on a shape without volume
+  [[nodiscard]] static World of(std::vector<Tree> trees, std::vector<Box> boxes, bool ground);
   ~World();
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
 
   /// First solid along a ray, [m] from the origin; nullopt when nothing within max_range. 0 if the
-  /// origin is solid.
+  /// origin is solid. `direction` needs no unit length, only not to be zero.
   [[nodiscard]] std::optional<double> castRay(const Eigen::Vector3d& origin_W,
                                               const Eigen::Vector3d& direction,
                                               double max_range) const;
-  /// Distance to the nearest solid [m], negative inside; exact for primitives, within a voxel for
-  /// octrees. Ground excluded when `with_ground` is false.
+  /// Distance to the nearest solid [m], negative inside; exact (to the surface of the primitives or
+  /// voxels). Where primitives overlap the inside value is that of the deepest one. Infinite in an
+  /// empty world. Ground excluded when `with_ground` is false.
   [[nodiscard]] double distance(const Eigen::Vector3d& p_W, bool with_ground = false) const;
-  [[nodiscard]] Eigen::AlignedBox3d bounds() const;  ///< of the file, plus a margin
+  [[nodiscard]] Eigen::AlignedBox3d bounds() const;  ///< of the file, plus a margin of 2 m
+  [[nodiscard]] bool hasGround() const;              ///< solid below z = 0
 
  private:
   World();
