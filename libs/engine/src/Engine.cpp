@@ -90,10 +90,10 @@ std::string_view toString(EngineStatus status)
 
 struct Engine::Impl
 {
-  Impl(const EngineConfig& c, Execution execution)
+  explicit Impl(const EngineConfig& c)
       : config(c),
         source(c.state, c.estimation),
-        pipeline(c, execution),
+        pipeline(c),
         local(c.local_planner, c.vehicle),
         clock(c.mission.max_lead_s)
   {
@@ -329,10 +329,10 @@ void Engine::Impl::finish(core::CycleRecord& record, const Stopwatch& watch)
   statistics.state_source = source.name();
 }
 
-Engine::Engine(const EngineConfig& config, Execution execution)
+Engine::Engine(const EngineConfig& config)
 {
   check(config);
-  impl_ = std::make_unique<Impl>(config, execution);
+  impl_ = std::make_unique<Impl>(config);
 }
 
 Engine::~Engine() = default;

@@ -5,10 +5,10 @@
 
 namespace slalom::engine
 {
-Pipeline::Pipeline(const EngineConfig& config, Execution execution)
+Pipeline::Pipeline(const EngineConfig& config)
     : mapper_(config.mapping), planner_(config.global_planner, config.vehicle)
 {
-  if (execution != Execution::Threaded) return;
+  if (!config.rates.threaded) return;
   map_worker_ = std::make_unique<Worker<MapJob>>(2, [this](const MapJob& job) { runMap(job); });
   refine_worker_ =
       std::make_unique<Worker<GlobalJob>>(1, [this](const GlobalJob& job) { runRefine(job); });

@@ -113,7 +113,7 @@ class Worker
 class Pipeline
 {
  public:
-  Pipeline(const EngineConfig& config, Execution execution);
+  explicit Pipeline(const EngineConfig& config);
 
   std::size_t map(MapJob job);        ///< number of scans dropped because the mapper is late
   std::size_t refine(GlobalJob job);  ///< number of requests dropped because the planner is late

@@ -27,14 +27,6 @@ enum class EngineStatus
 };
 [[nodiscard]] std::string_view toString(EngineStatus status);
 
-/// How the steps are run. Both run the same code.
-enum class Execution
-{
-  Inline,   ///< in the caller's thread, in sensor-time order: bit-identical for identical input
-  Threaded  ///< mapper and global planner in their own threads; estimator and local planner in the
-            ///< caller's
-};
-
 /// Counters for metrics.json.
 struct EngineStatistics
 {
@@ -59,7 +51,7 @@ class Engine
 {
  public:
   /// @throws mrpt_io::ConfigError if the configuration contradicts itself
-  explicit Engine(const EngineConfig& config, Execution execution = Execution::Inline);
+  explicit Engine(const EngineConfig& config);
   ~Engine();
 
   /// Starts a mission at the vehicle's position; replaces the previous one. At least one waypoint.

@@ -82,7 +82,8 @@ struct RateConfig
 {
   double local_period_s = 0.05;  ///< [s] one local planner step per period
   double global_period_s = 0.1;  ///< [s] at most one global step per period and per new map
-  bool require_map = true;       ///< false: without any range data, track R as it is
+  bool threaded = false;    ///< mapper and global planner in their own threads (not reproducible)
+  bool require_map = true;  ///< false: without any range data, track R as it is
   double state_timeout_s = 0.5;  ///< [s] an older state is not trusted: brake
   double map_timeout_s = 1.0;    ///< [s] an older map is not trusted: brake
 
@@ -94,6 +95,8 @@ struct RateConfig
       "period of the local planner and its deadline");
     v("global_period_s", c.global_period_s, Range{0.01, 10.0},
       "shortest time between two global steps and its deadline");
+    v("threaded", c.threaded,
+      "mapper and global planner in threads of their own; results then depend on timing");
     v("require_map", c.require_map,
       "without a map: brake (true) or track the reference blindly (false)");
     v("state_timeout_s", c.state_timeout_s, Range{0.01, 60.0},
