@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include "FlightHarness.h"
+
+namespace slalom
+{
+namespace
+{
+using engine::EngineStatus;
+using test::FlightHarness;
+
+constexpr double kLength = 18.0;
+
+engine::Mission straightMission()
+{
+  Eigen::Matrix3Xd goal(3, 1);
+  goal << kLength, 0.0, 1.5;
+  return {goal};
+}
+
+const Eigen::Vector3d kStart(0.0, 0.0, 1.5);
+
+class Forest : public testing::TestWithParam<std::uint64_t>
+{
+};
+
+TEST_P(Forest, IsCrossedWithoutContact)
+{
+  const test::AnalyticField world = test::flightForest(GetParam(), 0.12, kLength);
+  const engine::EngineConfig config = test::flightConfig();
+  FlightHarness harness(world, config);
+  const test::FlightOutcome flight = harness.fly(kStart, straightMission(), 60.0);
+  EXPECT_EQ(flight.status, EngineStatus::GoalReached) << toString(flight.status);
+  EXPECT_GE(flight.min_clearance_m, config.vehicle.radius_m);
+  EXPECT_LE(flight.mean_error_m, 0.25);
+  EXPECT_LE(flight.length_m, 1.3 * kLength);
+  EXPECT_LE(flight.max_speed_mps, 1.01 * config.vehicle.max_speed_mps);
+  EXPECT_TRUE(flight.finite);
+  EXPECT_EQ(flight.statistics.fallback_brake, 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, Forest, testing::Range<std::uint64_t>(1, 7));
+
+TEST(Flight, OfABlindPlannerIsSeenToFail)
+{
+  // The same harness with a sensor that sees nothing: the check above must be able to fail.
+  int contacts = 0;
+  for (std::uint64_t seed = 1; seed < 7; ++seed)
+  {
+    const test::AnalyticField world = test::flightForest(seed, 0.12, kLength);
+    FlightHarness harness(world, test::flightConfig());
+    harness.blind = true;
+    if (harness.fly(kStart, straightMission(), 60.0).min_clearance_m <
+        test::flightConfig().vehicle.radius_m)
+      ++contacts;
+  }
+  EXPECT_GE(contacts, 4);
+}
+
+TEST(Flight, IsReproducible)
+{
+  const test::AnalyticField world = test::flightForest(3, 0.12, kLength);
+  const auto hash = [&]
+  {
+    FlightHarness harness(world, test::flightConfig());
+    return harness.fly(kStart, straightMission(), 8.0).hash;
+  };
+  EXPECT_EQ(hash(), hash());
+}
+
+TEST(Flight, RunsTheSameStepsInThreads)
+{
+  const test::AnalyticField world = test::flightForest(3, 0.12, kLength);
+  engine::EngineConfig config = test::flightConfig();
+  config.rates.threaded = true;
+  FlightHarness harness(world, config);
+  const test::FlightOutcome flight = harness.fly(kStart, straightMission(), 5.0);
+  EXPECT_TRUE(flight.finite);
+  EXPECT_GT(flight.statistics.map_updates, 0u);
+}
+
+TEST(Flight, EndsBlockedBeforeAGoalInsideATrunk)
+{
+  const test::AnalyticField world({test::VerticalCylinder{{kLength, 0.0}, 0.75}});
+  FlightHarness harness(world, test::flightConfig());
+  const test::FlightOutcome flight = harness.fly(kStart, straightMission(), 60.0);
+  EXPECT_EQ(flight.status, EngineStatus::GoalBlocked) << toString(flight.status);
+  EXPECT_GE(flight.min_clearance_m, test::flightConfig().vehicle.radius_m);
+  EXPECT_LE(flight.min_clearance_m, 1.3) << "it must come near";
+}
+
+TEST(Flight, StandsStillWithoutAMap)
+{
+  engine::Engine engine(test::flightConfig());
+  engine.setMission(straightMission());
+  for (int k = 0; k < 40; ++k)
+  {
+    core::PoseFix fix;
+    fix.t = 0.05 * k;
+    fix.T_WB = Eigen::Translation3d(kStart) * Eigen::Quaterniond::Identity();
+    engine.add(fix);
+    const core::CycleRecord cycle = engine.step(0.05 * k);
+    EXPECT_EQ(cycle.command.v_W.norm(), 0.0) << cycle.reason;
+  }
+}
+
+TEST(Flight, RefusesAContradictoryConfiguration)
+{
+  engine::EngineConfig config = test::flightConfig();
+  config.global_planner.clearance_m = 0.2;
+  EXPECT_ANY_THROW(engine::Engine{config});
+}
+
+}  // namespace
+}  // namespace slalom
