@@ -8,7 +8,7 @@ set -eu
 packages="build-essential cmake ninja-build pkg-config
   libmrpt-nav-dev libmrpt-topography-dev libeigen3-dev liboctomap-dev libnlopt-cxx-dev
   coinor-libipopt-dev libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
-  libcli11-dev nlohmann-json3-dev zlib1g-dev"
+  libcli11-dev nlohmann-json3-dev zlib1g-dev libssl-dev"
 if [ "${1:-}" = tests ]; then
   packages="$packages libgtest-dev libbenchmark-dev libdynamicedt3d-dev mrpt-common"
 fi

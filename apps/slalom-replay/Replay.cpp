@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Replay.h"
+
+#include <mrpt/config/CConfigFileMemory.h>
+
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "Preflight.h"
+#include "Progress.h"
+#include "RecordingClock.h"
+#include "ReplayConfig.h"
+#include "ReplayRobot.h"
+#include "Sha256.h"
+#include "Verify.h"
+#include "slalom/core/CycleRecord.h"
+#include "slalom/engine/Mission.h"
+#include "slalom/mrpt_io/ConfigBinder.h"
+#include "slalom/mrpt_io/ObservationDecoder.h"
+#include "slalom/mrpt_io/RawlogReader.h"
+#include "slalom/report/FlightReport.h"
+#include "slalom/report/OutputFolder.h"
+
+namespace slalom::replay
+{
+namespace
+{
+using app::ExitCode;
+
+/// All settings of a replay, from files and --set.
+struct Settings
+{
+  mrpt_io::IniDocument document;
+  engine::EngineConfig engine;
+  mrpt_io::InputConfig input;
+  report::ReportConfig report;
+  ReplayConfig replay;
+  std::string effective;
+};
+
+Settings readSettings(const Options& options)
+{
+  Settings s;
+  s.document = options.common.document();
+  if (options.threaded) s.document.set("engine.threaded=true");
+  mrpt_io::ConfigBinder binder(s.document);
+  engine::bind(binder, s.engine);
+  binder.bind("input", s.input);
+  binder.bind("report", s.report);
+  binder.bind("replay", s.replay);
+  binder.ignore("CAbstractNavigator");  // MRPT's own
+  binder.finish();
+  engine::check(s.engine);
+  s.effective = binder.effective();
+  return s;
+}
+
+/// A path in an INI file is relative to that file.
+std::filesystem::path missionFile(const Options& options, const Settings& settings)
+{
+  if (!options.mission.empty()) return options.mission;
+  const std::filesystem::path named = settings.replay.mission;
+  if (named.empty() || named.is_absolute()) return named;
+  const auto* value = settings.document.find("replay", "mission");
+  const std::string origin = value ? value->origin : "";
+  return std::filesystem::path(origin.substr(0, origin.rfind(':'))).parent_path() / named;
+}
+
+navigator::NavigationParams3D goalOf(const engine::Mission& mission, double tolerance)
+{
+  navigator::NavigationParams3D goal;
+  const auto point = [&](Eigen::Index i)
+  {
+    const Eigen::Vector3d p = mission.waypoints_W.col(i);
+    return mrpt::math::TPoint3D(p.x(), p.y(), p.z());
+  };
+  const Eigen::Index last = mission.waypoints_W.cols() - 1;
+  for (Eigen::Index i = 0; i < last; ++i) goal.waypoints.push_back(point(i));
+  const mrpt::math::TPoint3D end = point(last);
+  goal.target3D = mrpt::math::TPose3D(end.x, end.y, end.z, 0.0, 0.0, 0.0);
+  goal.allowed_distance_m = tolerance;
+  return goal;
+}
+
+class Replay
+{
+ public:
+  explicit Replay(const Options& options);
+  int run();
+
+ private:
+  void openNavigator();
+  void play();
+  void stepTo(double until);
+  void keepPace(double elapsed) const;
+  void onCycle(const core::CycleRecord& cycle);
+  void openReport();
+  [[nodiscard]] report::RunResult judge() const;
+  [[nodiscard]] report::RunSummary summarise(report::RunResult result) const;
+  int finish();
+
+  const Options& options_;
+  Settings settings_;
+  std::optional<engine::Mission> mission_;
+  Preflight preflight_;
+  mrpt_io::RawlogReader reader_;
+  ReplayRobot robot_;
+  std::unique_ptr<navigator::AbstractNavigator3D> navigator_;
+  std::unique_ptr<report::FlightReport> report_;
+  std::vector<core::TimedPose> early_truth_;  // before the first cycle opens the report
+  RecordingClock clock_;
+  double next_step_ = 0.0;  // Unix time [s]
+  std::string damage_, output_error_;
+  std::string last_status_;
+  double last_distance_to_goal_ = 0.0;
+  bool goal_reached_ = false;
+  std::chrono::steady_clock::time_point wall_start_ = std::chrono::steady_clock::now();
+  double wall_s_ = 0.0;
+};
+
+Replay::Replay(const Options& options)
+    : options_(options), settings_(readSettings(options)), reader_(options.rawlog)
+{
+  if (const auto file = missionFile(options, settings_); !file.empty())
+  {
+    try
+    {
+      mission_ = engine::readMission(file);
+    }
+    catch (const std::runtime_error& error)
+    {
+      throw mrpt_io::ConfigError(error.what());
+    }
+  }
+  preflight_ = inspect(options.rawlog, settings_.input.truth_label, settings_.engine.state.wait_s);
+  if (settings_.engine.state.source == engine::StateSourceKind::Auto)
+  {
+    static constexpr const char* kNames[] = {"auto", "fusion", "pose_observation", "static",
+                                             "truth"};
+    const auto best = preflight_.bestSource();
+    settings_.document.set(std::string("state.source=") + kNames[static_cast<int>(best)]);
+    if (best == engine::StateSourceKind::Static)
+      std::cerr << "slalom-replay: warning: no position source in " << options.rawlog.string()
+                << ": the vehicle is taken to stand still at the origin\n";
+  }
+}
+
+void Replay::openNavigator()
+{
+  navigator::NavigatorFactory::loadModule(settings_.replay.plugin);
+  const auto factory = navigator::NavigatorFactory::named(settings_.replay.navigator);
+  navigator_ = factory->create(robot_);
+  mrpt::config::CConfigFileMemory config;
+  settings_.document.copyTo(config);
+  navigator_->loadConfigFile(config);
+  navigator_->setCycleListener([this](const core::CycleRecord& cycle) { onCycle(cycle); });
+  navigator_->setTruthListener(
+      [this](double t, const mrpt::math::TPose3D& pose)
+      {
+        core::TimedPose timed;
+        timed.t = t;
+        timed.position = {pose.x, pose.y, pose.z};
+        mrpt::math::CQuaternionDouble q;
+        pose.getAsQuaternion(q);
+        timed.orientation = Eigen::Quaterniond(q.r(), q.x(), q.y(), q.z());
+        if (report_)
+          report_->addTruth(timed);
+        else
+          early_truth_.push_back(timed);
+      });
+  navigator_->initialize();
+  if (mission_)
+  {
+    const auto goal = goalOf(*mission_, settings_.engine.mission.goal_tolerance_m);
+    navigator_->navigate(&goal);
+  }
+}
+
+void Replay::openReport()
+{
+  report::RunInfo info;
+  const auto statistics = nlohmann::json::parse(navigator_->runStatisticsJson());
+  info.title = options_.rawlog.filename().string();
+  info.epoch_s = statistics.value("epoch_s", 0.0);
+  info.vehicle_radius_m = info.hard_clearance_m = settings_.engine.vehicle.radius_m;
+  info.wanted_clearance_m = settings_.engine.global_planner.clearance_m;
+  info.max_speed_mps = settings_.engine.vehicle.max_speed_mps;
+  info.setpoint_lead_s = settings_.engine.local_planner.step_s;
+  info.map_deadline_s = info.global_deadline_s = settings_.engine.rates.global_period_s;
+  info.local_deadline_s = settings_.engine.rates.local_period_s;
+  info.effective_ini = settings_.effective;
+  info.version = SLALOM_VERSION;
+  info.build = SLALOM_BUILD_TYPE;
+  info.method = settings_.replay.method;
+  info.config_sha256 = sha256OfText(settings_.effective);
+  info.threads = settings_.engine.rates.threaded ? 3 : 1;
+  info.rawlog = options_.rawlog.filename().string();
+  info.rawlog_sha256 = sha256OfFile(options_.rawlog);
+  report_ = std::make_unique<report::FlightReport>(settings_.report, options_.common.out,
+                                                   std::move(info));
+  for (const core::TimedPose& pose : early_truth_) report_->addTruth(pose);
+  early_truth_.clear();
+}
+
+void Replay::onCycle(const core::CycleRecord& cycle)
+{
+  if (!report_) openReport();
+  last_status_ = cycle.status;
+  goal_reached_ = goal_reached_ || cycle.status == "GOAL_REACHED";
+  if (cycle.reference.cols() > 0) last_distance_to_goal_ = cycle.distance_to_goal_m;
+  report_->add(cycle);
+}
+
+void Replay::keepPace(double elapsed) const
+{
+  if (options_.rate <= 0.0) return;
+  std::this_thread::sleep_until(
+      wall_start_ +
+      std::chrono::duration_cast<std::chrono::nanoseconds>(
+          std::chrono::duration<double>((elapsed - options_.start_s) / options_.rate)));
+}
+
+void Replay::stepTo(double until)
+{
+  const double period = settings_.engine.rates.local_period_s;
+  for (; next_step_ <= until; next_step_ += period)
+  {
+    const auto now = mrpt::Clock::fromDouble(next_step_);
+    mrpt::Clock::setSimulatedTime(now);
+    robot_.setTime(now);
+    navigator_->navigationStep();
+  }
+}
+
+void Replay::play()
+{
+  constexpr double kSettle_s = 0.3;  // the last scans wait for the estimate to pass them
+  mrpt::Clock::setActiveClock(mrpt::Clock::Source::Simulated);
+  app::Progress progress("replay", options_.common.quiet);
+  bool playing = false;
+  try
+  {
+    while (const auto observation = reader_.next())
+    {
+      if (app::interrupted()) break;
+      const double stamp = mrpt::Clock::toDouble(observation->timestamp);
+      const bool jumped = clock_.advance(stamp);
+      if (clock_.elapsed() < options_.start_s) continue;
+      if (clock_.elapsed() > options_.start_s + options_.duration_s) break;
+      if (!playing || jumped) next_step_ = clock_.now();
+      playing = true;
+      stepTo(clock_.now());
+      robot_.deliver(observation);
+      keepPace(clock_.elapsed());
+      progress.show(reader_.progress(), last_status_);
+    }
+  }
+  catch (const mrpt_io::RawlogError& error)
+  {
+    damage_ = error.what();  // what lies before the damage is reported all the same
+  }
+  if (playing) stepTo(clock_.now() + kSettle_s);
+}
+
+report::RunResult Replay::judge() const
+{
+  report::RunResult result;
+  const auto set = [&result](int code, const char* name, std::string message)
+  {
+    result.code = code;
+    result.name = name;
+    result.message = std::move(message);
+    result.success = code == ExitCode::kDone;
+  };
+  char distance[64];
+  std::snprintf(distance, sizeof distance, "%.2f m", last_distance_to_goal_);
+  if (!output_error_.empty())
+    set(ExitCode::kInternalError, "OUTPUT_FAILED", output_error_);
+  else if (!damage_.empty())
+    set(ExitCode::kBadInput, "INPUT_DAMAGED", damage_);
+  else if (app::interrupted())
+    set(ExitCode::kInterrupted, "INTERRUPTED",
+        "interrupted; the report holds what was played until then");
+  else if (!report_)
+    set(ExitCode::kBadInput, "NOTHING_TO_PLAY",
+        "no observation between --start and --start + --duration");
+  else if (!mission_)
+    set(ExitCode::kDone, preflight_.volumetric_range ? "MAPPED" : "ESTIMATED",
+        "no mission: played to the end");
+  else if (goal_reached_)
+    set(ExitCode::kDone, "GOAL_REACHED", "within the tolerance of the goal");
+  else if (last_status_ == "GOAL_BLOCKED")
+    set(ExitCode::kGoalNotReached, "GOAL_BLOCKED",
+        "the goal lies in an obstacle; stopped " + std::string(distance) + " short");
+  else if (last_status_ == "WAITING_FOR_STATE")
+    set(ExitCode::kGoalNotReached, "NO_STATE", "the estimator never had enough to start");
+  else
+    set(ExitCode::kGoalNotReached, "TIMEOUT",
+        "the recording ends " + std::string(distance) + " before the goal");
+  return result;
+}
+
+report::RunSummary Replay::summarise(report::RunResult result) const
+{
+  report::RunSummary summary;
+  summary.result = std::move(result);
+  summary.input.duration_s = clock_.elapsed();
+  summary.input.observations = reader_.statistics().observations;
+  const auto statistics = nlohmann::json::parse(navigator_->runStatisticsJson());
+  for (const auto& [reason, count] : statistics.value("dropped", nlohmann::json::object()).items())
+    summary.input.dropped[reason] = count.get<std::uint64_t>();
+  for (const auto& [reason, count] : reader_.statistics().skipped)
+    summary.input.dropped[reason] += count;
+  if (const auto points = statistics.find("points_per_scan");
+      points != statistics.end() && points->is_object())
+  {
+    if ((*points)["median"].is_number())
+      summary.input.points_per_scan_median = (*points)["median"].get<double>();
+    if ((*points)["max"].is_number())
+      summary.input.points_per_scan_max = (*points)["max"].get<double>();
+  }
+  if (wall_s_ > 0.0) summary.realtime_factor = (clock_.elapsed() - options_.start_s) / wall_s_;
+  return summary;
+}
+
+int Replay::finish()
+{
+  report::RunResult result = judge();
+  if (!options_.verify.empty() && report_ && result.code != ExitCode::kInterrupted)
+    result.message += result.message.empty() ? "" : "; ";
+  const report::RunSummary summary = summarise(result);
+  if (!report_)
+    throw mrpt_io::RawlogError(options_.rawlog.string() + ": " + summary.result.message);
+  report_->finish(summary);
+  if (settings_.engine.mapping.keep_octree)
+    (void)navigator_->writeMap((options_.common.out / "map.bt").string());
+
+  int code = summary.result.code;
+  std::cout << summary.result.name << ": " << summary.result.message << "\n";
+  if (!options_.verify.empty())
+  {
+    const Verdict verdict = compareRuns(options_.verify, options_.common.out);
+    std::cout << (verdict.equal ? "verified: " : "NOT EQUAL: ") << verdict.message << "\n";
+    if (!verdict.equal) code = ExitCode::kRegression;
+  }
+  const double wanted = settings_.replay.min_realtime_factor;
+  if (code == ExitCode::kDone && summary.realtime_factor && *summary.realtime_factor < wanted)
+  {
+    std::cout << "deadline objective missed: " << *summary.realtime_factor
+              << " times real time, wanted " << wanted << "\n";
+    code = ExitCode::kDeadlineMissed;
+  }
+  return code;
+}
+
+int Replay::run()
+{
+  if (options_.dry_run)
+  {
+    std::cout << "configuration and inputs are good\n" << settings_.effective;
+    return ExitCode::kDone;
+  }
+  if (options_.common.out.empty()) throw app::UsageError("--out: an output folder is needed");
+  report::prepareOutputFolder(options_.common.out, options_.common.overwrite);
+  openNavigator();
+  wall_start_ = std::chrono::steady_clock::now();
+  try
+  {
+    play();
+  }
+  catch (const report::OutputError& error)
+  {
+    output_error_ = error.what();  // finish() keeps what was written before
+  }
+  wall_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start_).count();
+  return finish();
+}
+
+}  // namespace
+
+int run(const Options& options)
+{
+  try
+  {
+    return Replay(options).run();
+  }
+  catch (const report::OutputError& error)
+  {
+    throw app::UsageError(error.what());
+  }
+}
+
+}  // namespace slalom::replay
