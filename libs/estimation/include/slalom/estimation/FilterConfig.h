@@ -19,6 +19,11 @@ struct FilterConfig
   double max_extrapolation_s = 0.3;  ///< [s]
   double timeout_s = 1.0;            ///< [s] without position and velocity: DeadReckoning
   double min_imu_rate_hz = 40.0;     ///< [Hz] slower IMUs are not integrated
+  double accel_bias_sigma = 0.15;    ///< [m/s^2] of the switch-on bias
+  double gyro_bias_sigma = 0.01;     ///< [rad/s] of the switch-on bias
+  double manoeuvre_noise = 2.0;      ///< [m/s^2/sqrt(Hz)] constant-velocity model, without IMU
+  double turn_noise = 0.5;           ///< [rad/s/sqrt(Hz)] constant-heading model, without IMU
+  double heading_patience_s = 5.0;   ///< [s] Running with unknown heading after this long
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
@@ -42,6 +47,18 @@ struct FilterConfig
     v("timeout_s", c.timeout_s, Range{0.05, 60.0},
       "without position and velocity for this long the state is dead reckoning");
     v("min_imu_rate_hz", c.min_imu_rate_hz, Range{1.0, 1000.0}, "slower IMUs are not integrated",
+      Level::Expert);
+    v("accel_bias_sigma", c.accel_bias_sigma, Range{1e-6, 5.0},
+      "standard deviation of the accelerometer bias at switch-on [m/s^2]", Level::Expert);
+    v("gyro_bias_sigma", c.gyro_bias_sigma, Range{1e-8, 1.0},
+      "standard deviation of the gyroscope bias at switch-on [rad/s]", Level::Expert);
+    v("manoeuvre_noise", c.manoeuvre_noise, Range{0.01, 50.0},
+      "acceleration noise of the constant-velocity model that replaces a missing IMU",
+      Level::Expert);
+    v("turn_noise", c.turn_noise, Range{1e-3, 10.0},
+      "turn-rate noise of the constant-heading model that replaces a missing IMU", Level::Expert);
+    v("heading_patience_s", c.heading_patience_s, Range{0.0, 600.0},
+      "how long to wait for an observable heading before running with an unknown one",
       Level::Expert);
   }
 };
