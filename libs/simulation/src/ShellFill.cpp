@@ -9,7 +9,7 @@ namespace slalom::simulation::detail
 {
 namespace
 {
-constexpr double kThickestTrunk = 2.0;  // [m] diameter
+constexpr double kThickestTrunk = 1.5;  // [m] diameter
 constexpr double kColumnGap = 0.5;      // [m]
 
 enum class Mark : std::uint8_t
