@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "slalom/search/GridSearch.h"
+
+namespace slalom::search::detail
+{
+/** Pulls a path straight: from each point kept, on to the farthest later point that is in sight
+ * with the hard clearance and not dearer than the way it replaces. */
+[[nodiscard]] std::vector<Eigen::Vector3d> shortcut(const core::DistanceField& field,
+                                                    const std::vector<Eigen::Vector3d>& path,
+                                                    const GridSearchConfig& config);
+}  // namespace slalom::search::detail
