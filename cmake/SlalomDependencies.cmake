@@ -21,6 +21,7 @@ find_package(octomap REQUIRED)
 add_library(slalom_octomap INTERFACE)
 target_include_directories(slalom_octomap SYSTEM INTERFACE ${OCTOMAP_INCLUDE_DIRS})
 target_link_libraries(slalom_octomap INTERFACE ${OCTOMAP_LIBRARIES})
+target_compile_definitions(slalom_octomap INTERFACE OCTOMAP_NODEBUGOUT)  # no chatter on stderr
 
 # OpenCV's CMake package lives in the 1 GB libopencv-dev; the slim -dev packages have headers and libraries only.
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slalom/mapping/Mapper.h"
+
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+
+#include "EdtGrid.h"
+#include "OctreeRecord.h"
+#include "RayMarks.h"
+#include "RollingWindow.h"
+
+namespace slalom::mapping
+{
+namespace
+{
+using detail::Brick;
+using detail::EdtCells;
+
+void require(bool good, const std::string& what)
+{
+  if (!good) throw std::invalid_argument("[mapping] " + what);
+}
+
+void check(const MapperConfig& c)
+{
+  const auto text = [](double value) { return std::to_string(value); };
+  require(c.resolution_m > 0.0, "resolution_m = " + text(c.resolution_m) + " must be positive");
+  require(c.update_range_m > c.min_range_m,
+          "update_range_m = " + text(c.update_range_m) +
+              " must exceed min_range_m = " + text(c.min_range_m));
+  require(c.window_xy_m >= 2.0 * c.update_range_m,
+          "window_xy_m = " + text(c.window_xy_m) +
+              " must be at least twice update_range_m = " + text(c.update_range_m));
+  require(c.window_z_m >= 2.0 * c.resolution_m,
+          "window_z_m = " + text(c.window_z_m) + " must be at least two voxels");
+  require(c.hit >= 0.5 && c.hit < 1.0 && c.miss > 0.0 && c.miss <= 0.5,
+          "hit must be in [0.5, 1), miss in (0, 0.5]");
+  require(c.clamp_min > 0.0 && c.clamp_min <= 0.5 && c.clamp_max >= 0.5 && c.clamp_max < 1.0,
+          "clamp_min must be in (0, 0.5], clamp_max in [0.5, 1)");
+  require(
+      c.occupied_threshold > c.clamp_min && c.occupied_threshold <= c.clamp_max,
+      "occupied_threshold = " + text(c.occupied_threshold) + " must lie in (clamp_min, clamp_max]");
+  (void)detail::saturationCells(c.max_distance_m, c.resolution_m);
+}
+
+Eigen::Vector3i windowSize(const MapperConfig& c)
+{
+  constexpr double kMaxCells = 64e6;
+  const auto cells = [&](double metres)
+  { return Brick::kEdge * std::ceil(metres / c.resolution_m / Brick::kEdge - 1e-9); };
+  const double xy = cells(c.window_xy_m), z = cells(c.window_z_m);
+  require(xy * xy * z <= kMaxCells, "a window of " + std::to_string(xy * xy * z / 1e6) +
+                                        " million voxels is more than the 64 million allowed");
+  return {static_cast<int>(xy), static_cast<int>(xy), static_cast<int>(z)};
+}
+
+// Arrays of snapshots that nobody holds any more, for the next ones: fresh memory of this size
+// would cost more page faults than the transform costs work. Readers may drop a snapshot in any
+// thread.
+class CellPool
+{
+ public:
+  explicit CellPool(const detail::GridShape& shape) : idle_(std::make_shared<Idle>()), shape_(shape)
+  {
+  }
+  [[nodiscard]] std::shared_ptr<EdtCells> take()
+  {
+    std::unique_ptr<EdtCells> cells;
+    {
+      const std::lock_guard lock(idle_->mutex);
+      if (!idle_->cells.empty())
+      {
+        cells = std::move(idle_->cells.back());
+        idle_->cells.pop_back();
+      }
+    }
+    if (!cells)
+    {
+      cells = std::make_unique<EdtCells>();
+      cells->resize(shape_);
+    }
+    return {cells.release(), [idle = idle_](EdtCells* used)
+            {
+              std::unique_ptr<EdtCells> owned(used);
+              const std::lock_guard lock(idle->mutex);
+              if (idle->cells.size() < kKept) idle->cells.push_back(std::move(owned));
+            }};
+  }
+
+ private:
+  static constexpr std::size_t kKept = 3;
+  struct Idle
+  {
+    std::mutex mutex;
+    std::vector<std::unique_ptr<EdtCells>> cells;
+  };
+  std::shared_ptr<Idle> idle_;
+  detail::GridShape shape_;
+};
+
+double secondsSince(std::chrono::steady_clock::time_point start)
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+struct Mapper::Impl
+{
+  explicit Impl(const MapperConfig& c)
+      : config((check(c), c)),
+        record(c.resolution_m, c.occupied_threshold),
+        window(windowSize(c), detail::LogOddsModel(c), c.forget_s,
+               c.keep_octree ? &record : nullptr),
+        marks(window.shape(), c.resolution_m, c.min_range_m, c.update_range_m),
+        transform(window.shape(), detail::saturationCells(c.max_distance_m, c.resolution_m)),
+        pool(window.shape()),
+        metres(EdtSnapshot::Grid::metresTable(c.max_distance_m, c.resolution_m))
+  {
+  }
+  // The window points to the record.
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  MapUpdate integrate(double t, const Eigen::Vector3d& p_L, std::span<const core::Ray> rays);
+  void publish(bool cells_changed);
+
+  MapperConfig config;
+  detail::OctreeRecord record;
+  detail::RollingWindow window;
+  detail::RayMarks marks;
+  detail::DistanceTransform transform;
+  CellPool pool;
+  std::shared_ptr<const std::vector<double>> metres;
+  std::shared_ptr<const EdtCells> cells;  // of the newest snapshot
+  std::shared_ptr<const EdtSnapshot> newest;
+  std::uint64_t sequence = 0;
+  double stamp = 0.0;
+};
+
+MapUpdate Mapper::Impl::integrate(double t, const Eigen::Vector3d& p_L,
+                                  std::span<const core::Ray> rays)
+{
+  MapUpdate update;
+  const double far = 1e9 * config.resolution_m;  // cells that fit an int
+  if (!std::isfinite(t) || !(p_L.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < far)) return update;
+
+  const auto started = std::chrono::steady_clock::now();
+  const Eigen::Vector3d p_cells = p_L / config.resolution_m;
+  const bool first = newest == nullptr;
+  const bool moved = window.centreOn(p_cells.array().floor().cast<int>(), t);
+  const detail::RayMarks::Count count = marks.cast(window.firstCell(), rays);
+  update.rays = count.fused;
+  update.rays_out_of_range = count.beyond_range;
+  if (count.fused + count.beyond_range > 0)
+  {
+    update.cells_changed += window.fuse(marks, t);
+    stamp = t;
+  }
+  if (first)
+    update.cells_changed += window.clearBall(p_cells, config.start_ball_m / config.resolution_m, t);
+  update.cells_changed += window.forget(t);
+  record.crop(window.firstCell() + window.shape().size / 2,
+              static_cast<std::size_t>(config.max_octree_mb * 1e6));
+  update.integrate_s = secondsSince(started);
+
+  const auto transform_started = std::chrono::steady_clock::now();
+  publish(first || moved || update.cells_changed > 0);
+  update.transform_s = secondsSince(transform_started);
+  return update;
+}
+
+void Mapper::Impl::publish(bool cells_changed)
+{
+  if (cells_changed)
+  {
+    const std::shared_ptr<EdtCells> next = pool.take();
+    window.copyOccupancy(next->occupancy.data());
+    transform.run(next->occupancy.data(), next->optimistic.data(), next->pessimistic.data());
+    cells = next;
+  }
+  auto grid = std::make_shared<EdtSnapshot::Grid>();
+  grid->shape = window.shape();
+  grid->origin_L = config.resolution_m * window.firstCell().cast<double>();
+  grid->resolution = config.resolution_m;
+  grid->max_distance = config.max_distance_m;
+  grid->stamp = stamp;
+  grid->sequence = ++sequence;
+  grid->cells = cells;
+  grid->metres = metres;
+  newest = std::make_shared<EdtSnapshot>(std::move(grid));
+}
+
+Mapper::Mapper(const MapperConfig& config) : impl_(std::make_unique<Impl>(config)) {}
+Mapper::~Mapper() = default;
+Mapper::Mapper(Mapper&&) noexcept = default;
+Mapper& Mapper::operator=(Mapper&&) noexcept = default;
+
+MapUpdate Mapper::integrate(double t, const Eigen::Vector3d& p_L, std::span<const core::Ray> rays)
+{
+  return impl_->integrate(t, p_L, rays);
+}
+
+std::shared_ptr<const EdtSnapshot> Mapper::snapshot() const
+{
+  return impl_->newest;
+}
+
+void Mapper::reset()
+{
+  const std::uint64_t sequence = impl_->sequence;  // goes on, so that no two snapshots share one
+  impl_ = std::make_unique<Impl>(MapperConfig(impl_->config));
+  impl_->sequence = sequence;
+}
+
+bool Mapper::writeOctree(const std::filesystem::path& file) const
+{
+  if (!impl_->config.keep_octree) return false;
+  return impl_->record.writeFile(file, [this](const detail::OctreeRecord::BrickSink& sink)
+                                 { impl_->window.changedBricks(sink); });
+}
+
+std::size_t Mapper::memoryBytes() const
+{
+  return impl_->window.bytes() + impl_->marks.bytes() + impl_->record.bytes();
+}
+
+}  // namespace slalom::mapping
