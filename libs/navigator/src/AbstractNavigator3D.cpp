@@ -441,5 +441,9 @@ std::string AbstractNavigator3D::runStatisticsJson() const
 {
   return "{}";
 }
+bool AbstractNavigator3D::writeMap(const std::string&)
+{
+  return false;
+}
 
 }  // namespace slalom::navigator

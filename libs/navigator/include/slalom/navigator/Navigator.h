@@ -187,7 +187,8 @@ class AbstractNavigator3D : public mrpt::nav::CAbstractNavigator
   /// @{
   using CycleListener = std::function<void(const slalom::core::CycleRecord&)>;
   using TruthListener = std::function<void(double t, const mrpt::math::TPose3D& pose)>;
-  /// Called once per engine cycle, in every state of the navigator.
+  /** Called once per engine cycle, in every state of the navigator, at the end of navigationStep():
+   * what a listener throws reaches the caller of navigationStep() and is no navigation error. */
   virtual void setCycleListener(CycleListener listener);
   /// Called for every ground-truth pose among the observations; t is log time [s].
   virtual void setTruthListener(TruthListener listener);
@@ -195,6 +196,8 @@ class AbstractNavigator3D : public mrpt::nav::CAbstractNavigator
   [[nodiscard]] virtual std::string effectiveConfig() const;
   /// JSON object: what was sensed and dropped so far.
   [[nodiscard]] virtual std::string runStatisticsJson() const;
+  /// Writes the map as an octree (.bt). @return false: there is none, or the file cannot be written
+  [[nodiscard]] virtual bool writeMap(const std::string& file);
   /// @}
 
  protected:
