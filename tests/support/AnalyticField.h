@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <variant>
+#include <functional>
 #include <vector>
 
 #include "slalom/core/DistanceField.h"
@@ -20,7 +20,30 @@ struct VerticalCylinder
   Eigen::Vector2d centre;
   double radius;
 };
-using Obstacle = std::variant<Sphere, VerticalCylinder, Eigen::AlignedBox3d>;
+/// Anything with a signed distance.
+struct Obstacle
+{
+  Obstacle(Sphere s)
+      : distance([s](const Eigen::Vector3d& p) { return (p - s.centre).norm() - s.radius; })
+  {
+  }
+  Obstacle(VerticalCylinder c)
+      : distance([c](const Eigen::Vector3d& p)
+                 { return (p.head<2>() - c.centre).norm() - c.radius; })
+  {
+  }
+  Obstacle(Eigen::AlignedBox3d box)
+      : distance(
+            [box](const Eigen::Vector3d& p)
+            {
+              if (!box.contains(p)) return box.exteriorDistance(p);
+              return -std::min((p - box.min()).minCoeff(), (box.max() - p).minCoeff());
+            })
+  {
+  }
+
+  std::function<double(const Eigen::Vector3d&)> distance;
+};
 
 /// A distance field of spheres, vertical cylinders and boxes, exact and known everywhere inside its
 /// bounds.
@@ -80,26 +103,11 @@ class AnalyticField : public core::DistanceField
   double signedDistance(const Eigen::Vector3d& p) const
   {
     double nearest = 1e9;
-    for (const Obstacle& obstacle : obstacles_)
-      nearest = std::min(nearest, std::visit([&](const auto& o) { return to(o, p); }, obstacle));
+    for (const Obstacle& obstacle : obstacles_) nearest = std::min(nearest, obstacle.distance(p));
     return nearest;
   }
 
  private:
-  static double to(const Sphere& s, const Eigen::Vector3d& p)
-  {
-    return (p - s.centre).norm() - s.radius;
-  }
-  static double to(const VerticalCylinder& c, const Eigen::Vector3d& p)
-  {
-    return (p.head<2>() - c.centre).norm() - c.radius;
-  }
-  static double to(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& p)
-  {
-    if (!box.contains(p)) return box.exteriorDistance(p);
-    return -std::min((p - box.min()).minCoeff(), (box.max() - p).minCoeff());
-  }
-
   std::vector<Obstacle> obstacles_;
   Eigen::AlignedBox3d bounds_;
 };
