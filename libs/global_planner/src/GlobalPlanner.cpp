@@ -106,6 +106,8 @@ class Refinement
   UniformBSpline curve_;
   Window window_;
   bool recovered_ = false;
+  double stretch_ =
+      1.0;  // a detour may ask for this much more than the limits: the clock slows down there
   core::RefinementRecord record_;
 };
 
@@ -123,12 +125,14 @@ void Refinement::chooseWindow()
   window_.from = std::clamp(in_.progress, r_.start(), r_.end());
   double to = window_.from, length = 0.0, last_free = window_.from;
   bool free = true;
+  int free_run = 0;  // knots since R became free: the refined curve needs room to come back to it
   // At least horizon_m of R, then on until R is free again, never beyond the map.
   for (;;)
   {
     free = optimisticDistance(field_, r_.position(to)) >= 1.05 * hard_;
+    free_run = free ? free_run + 1 : 0;
     if (free) last_free = to;
-    if ((length >= config_.horizon_m && free) || to >= r_.end()) break;
+    if ((length >= config_.horizon_m && free_run > kFixedAtEnd) || to >= r_.end()) break;
     const double next = std::min(to + step, r_.end());
     if (!inside.contains(r_.position(next))) break;
     length += (r_.position(next) - r_.position(to)).norm();
@@ -234,6 +238,12 @@ void Refinement::pushSegment(const OccupiedSegment& segment, const PushingPath& 
 {
   const Eigen::Matrix3Xd before = points;
   const double duration = segment.to - segment.from;
+  const double detour =
+      (path.path.rightCols(path.path.cols() - 1) - path.path.leftCols(path.path.cols() - 1))
+          .colwise()
+          .norm()
+          .sum();
+  stretch_ = std::max(stretch_, 1.2 * detour / (duration * vehicle_.max_speed_mps));
   for (Eigen::Index i = window_.firstFree(); i <= window_.lastFree(); ++i)
   {
     const double share = (influenceTime(r_, window_.first + i) - segment.from) / duration;
@@ -290,7 +300,10 @@ Eigen::Matrix3Xd Refinement::minimise(Eigen::Matrix3Xd points, std::vector<Push>
   lower.row(2) = lower.row(2).cwiseMax(config_.min_altitude_m).cwiseMin(config_.max_altitude_m);
   upper.row(2) = upper.row(2).cwiseMin(config_.max_altitude_m).cwiseMax(config_.min_altitude_m);
 
-  RefinementCost cost(std::move(problem), config_, vehicle_);
+  core::Vehicle stretched = vehicle_;
+  stretched.max_speed_mps *= stretch_;
+  stretched.max_acceleration_mps2 *= stretch_ * stretch_;
+  RefinementCost cost(std::move(problem), config_, stretched);
   optim::BoxMinimizerConfig solver;
   solver.max_evaluations = config_.max_evaluations;
   const optim::BoxMinimum minimum = optim::minimizeInBox(

@@ -19,7 +19,7 @@ struct GlobalPlannerConfig
   double min_altitude_m = 0.3, max_altitude_m = 50.0;  ///< [m] box constraint in z, local frame
   double restart_distance_m =
       1.0;                   ///< [m] farther from its plan than this the vehicle gets a new start
-  int max_evaluations = 60;  ///< [1] L-BFGS evaluations per attempt
+  int max_evaluations = 150; ///< [1] L-BFGS evaluations per attempt
   int max_attempts = 3;      ///< [1] restarts with a doubled lambda_obs
   int threads = 2;           ///< [1] for the parallel decomposition
 
