@@ -101,7 +101,7 @@ class Lattice
   const core::DistanceField& field_;
   const GridSearchConfig& config_;
   Eigen::Vector3d start_L_;
-  double resolution_;
+  double resolution_, greed_;
   Eigen::Vector3i low_, size_;  ///< lattice coordinates of the first point, points per axis
   std::uint32_t goal_node_ = 0;
   std::unique_ptr<Cell[], Free> cells_;  ///< one more than there are points: the goal

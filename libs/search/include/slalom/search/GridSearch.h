@@ -39,9 +39,17 @@ struct SearchResult
       nearest_L;  ///< reached cell nearest to the goal; what "approach and hold" can use
 };
 
-/** A* over the 26-connected grid of the field's resolution inside `box_L`, then shortcutting by
- * line-of-sight checks against the same clearance. Unknown space counts as free here (guides are
- * optimistic). Deterministic: ties are broken by insertion order.
+/** A* over the 26-connected grid of the field's resolution inside `box_L` and the field's bounds,
+ * with the start as a grid point, then shortcutting by line-of-sight checks against the same
+ * clearance that do not raise the cost. Unknown space counts as free here (guides are optimistic).
+ * Deterministic: ties are broken by insertion order.
+ *
+ *  A metre costs 1 + proximity_weight (preferred - d) / (preferred - clearance) between the hard
+ * and the preferred clearance. Before shortcutting the cost is at most 1.05 times the grid's
+ * optimum without proximity_weight, 1.2 times with it. Start and goal need the clearance where they
+ * are. If the goal has not, nearest_L still is the grid point nearest to it that can be reached; if
+ * it is cut off, likewise, after a search of all that can be reached. Thread-safe.
+ *  @throws std::invalid_argument on a negative or non-finite clearance or weight
  *  @see deviation D-04 (docs/paper_map.md): the guide that [Paper Eq. (2)] silently needs */
 [[nodiscard]] SearchResult findPath(const core::DistanceField& field,
                                     const Eigen::Vector3d& start_L, const Eigen::Vector3d& goal_L,
