@@ -4,9 +4,11 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <memory>
 #include <mutex>
 
 #include "IpoptAdapter.h"
+#include "IpoptLinearSolver.h"
 #include "slalom/optim/Ipopt.h"
 
 namespace slalom::optim
@@ -76,6 +78,7 @@ struct Backend
 {
   SmartPtr<Ipopt::IpoptApplication> application;
   SmartPtr<detail::IpoptAdapter> adapter;
+  detail::KktFactorization factorization;
   Shape shape;
 
   bool create(const IpoptConfig& config, bool warm);
@@ -89,10 +92,15 @@ bool Backend::create(const IpoptConfig& config, bool warm)
   Ipopt::OptionsList& options = *application->Options();
   options.SetIntegerValue("print_level", 0);
   options.SetStringValue("sb", "yes");
-  options.SetStringValue("linear_solver", "mumps");
-  // Problems here are small, banded and scaled by hand: fill-reducing searches cost more than they
-  // save.
+  // "ma27" is the name under which Ipopt takes the functions of IpoptLinearSolver.
+  const bool mumps = config.kkt_solver == KktSolver::Mumps;
+  options.SetStringValue("linear_solver", mumps ? "mumps" : "ma27");
+  options.SetStringValue("linear_system_scaling", "none");
+  // Problems here are small and scaled by hand: searching for a better order or scaling costs more
+  // than it saves.
   options.SetIntegerValue("mumps_pivot_order", 0);
+  options.SetIntegerValue("mumps_permuting_scaling", 0);
+  options.SetIntegerValue("min_refinement_steps", 0);
   options.SetStringValue("nlp_scaling_method", "none");
   options.SetNumericValue("tol", config.tolerance);
   options.SetIntegerValue("max_iter", config.max_iterations);
@@ -110,13 +118,12 @@ bool Backend::create(const IpoptConfig& config, bool warm)
       options.SetNumericValue(push, std::min(1e-3, config.initial_barrier));
   }
   // The empty name keeps Ipopt from reading an ipopt.opt that happens to lie around.
-  if (application->Initialize(std::string()) == Ipopt::Solve_Succeeded) return true;
-  application = nullptr;
-  return false;
+  return application->Initialize(std::string()) == Ipopt::Solve_Succeeded;
 }
 
 Ipopt::ApplicationReturnStatus Backend::run(const Shape& next)
 {
+  const detail::IpoptLinearSolver linear_solver(factorization);
   const bool same = next == shape;
   shape = {};  // until this solve ended without an exception nothing can be trusted
   application->Options()->SetStringValue("warm_start_same_structure", same ? "yes" : "no");
@@ -198,15 +205,15 @@ struct IpoptSolver::Impl
   ~Impl()
   {
     const std::scoped_lock lock(processLock());
-    cold = {};
-    warm = {};
+    cold.reset();
+    warm.reset();
   }
 
   void solve(const NonlinearProgram& program, const NlpPoint& start, const core::Deadline& deadline,
              NlpSolution& solution);
 
   IpoptConfig config;
-  Backend cold, warm;
+  std::unique_ptr<Backend> cold, warm;
 };
 
 void IpoptSolver::Impl::solve(const NonlinearProgram& program, const NlpPoint& start,
@@ -223,12 +230,18 @@ void IpoptSolver::Impl::solve(const NonlinearProgram& program, const NlpPoint& s
                                start.lower_multipliers.size() == program.variables() &&
                                start.upper_multipliers.size() == program.variables();
   const bool use_warm = config.warm_start && has_multipliers;
-  Backend& backend = use_warm ? warm : cold;
-  if (!Ipopt::IsValid(backend.application) && !backend.create(config, use_warm))
+  std::unique_ptr<Backend>& slot = use_warm ? warm : cold;
+  if (!slot)
   {
-    report.message = "Ipopt refused its options";
-    return;
+    slot = std::make_unique<Backend>();
+    if (!slot->create(config, use_warm))
+    {
+      slot.reset();
+      report.message = "Ipopt refused its options";
+      return;
+    }
   }
+  Backend& backend = *slot;
   const Bounds bounds = boundsOf(program);
   backend.adapter->arm(program, start, deadline);
   const auto status = backend.run(shapeOf(program, bounds));

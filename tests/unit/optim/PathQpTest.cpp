@@ -306,6 +306,8 @@ TEST(PathQp, CostEqualsAnIndependentSolution)
     IpoptSolver ipopt({.tolerance = 1e-8, .max_iterations = 300, .initial_barrier = 0.1});
     const NlpSolution oracle = ipopt.solve(program, start, Deadline::none());
     ASSERT_TRUE(oracle.report.converged()) << oracle.report.message;
+    ASSERT_LE(oracle.report.primal_residual, 1e-7);  // by PathProgram's own functions
+    ASSERT_LE(oracle.report.dual_residual, 1e-5);
     const PathQpSolution found = solve(chain.qp);
     ASSERT_TRUE(found.report.converged()) << found.report.message;
     EXPECT_NEAR(found.report.cost, oracle.report.cost, 1e-5 * (1.0 + oracle.report.cost));

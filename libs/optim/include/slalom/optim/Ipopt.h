@@ -52,12 +52,20 @@ struct NlpPoint
   Eigen::VectorXd x, g_multipliers, lower_multipliers, upper_multipliers;
 };
 
+/// Who factorises Ipopt's linear systems.
+enum class KktSolver
+{
+  Ldlt,  ///< our own static L D L^T: several times faster on the banded systems of a horizon
+  Mumps  ///< the pivoting solver of Ipopt's package
+};
+
 struct IpoptConfig
 {
   double tolerance = 1e-4;
   int max_iterations = 60;
   double initial_barrier = 1e-3;
   bool warm_start = false;  ///< use the multipliers of the start point
+  KktSolver kkt_solver = KktSolver::Ldlt;
 };
 
 struct NlpSolution
@@ -66,8 +74,8 @@ struct NlpSolution
   core::SolveReport report;
 };
 
-/** Ipopt with MUMPS. One process-wide lock inside: Debian's sequential MUMPS crashes when two
- * solves run at once. The deadline is a steady clock checked in every iteration (3.11 has no usable
+/** Ipopt. One process-wide lock inside: Debian's sequential MUMPS crashes when two solves run at
+ * once, and Ipopt itself keeps global counters. The deadline is a steady clock checked in every iteration (3.11 has no usable
  * wall-clock option). Keeps one application per object, so options and memory are reused between
  * solves. */
 class IpoptSolver
