@@ -124,38 +124,51 @@ void decode2D(const CObservation2DRangeScan& o, core::RangeScan& out, Dropped& d
   if (invalid > 0) dropped["invalid 2-D range"] += invalid;
 }
 
-/// The class does not store elevations; they follow from the number of rings, lowest ring first.
-std::vector<double> ringElevations(const CObservationRotatingScan& o)
+/// Elevation of each row [rad]; the class does not store it. MRPT fills rows in firing order.
+std::vector<double> rowElevations(const CObservationRotatingScan& o)
 {
-  if (o.rowCount == 1) return {0.0};
   std::vector<double> elevations;
-  if (o.rowCount == 16)
+  if (o.rowCount == 1)
+    elevations.push_back(0.0);
+  else if (o.rowCount == 16 && o.lidarModel.starts_with("VLP"))
     for (const int degrees : kVlp16Elevation)
       elevations.push_back(degrees * std::numbers::pi / 180.0);
-  else if (o.rowCount == 32 || o.rowCount == 64)
-    for (const auto& laser :
-         VelodyneCalibration::LoadDefaultCalibration(o.rowCount == 32 ? "HDL32" : "HDL64")
-             .laser_corrections)
+  else if (o.rowCount == 32 && o.lidarModel.starts_with("HDL"))
+    for (const auto& laser : VelodyneCalibration::LoadDefaultCalibration("HDL32").laser_corrections)
       elevations.push_back(std::atan2(laser.sinVertCorrection, laser.cosVertCorrection));
-  std::sort(elevations.begin(), elevations.end());
   return elevations;
+}
+
+/** Columns that azimuthSpan covers. MRPT 2.5.8 converts Velodyne packets into an image that is as
+ * many times too wide as it has rows, and leaves the rest empty. */
+int usedColumns(const CObservationRotatingScan& o)
+{
+  const int narrow = o.columnCount / o.rowCount;
+  if (o.rowCount == 1 || narrow < 2) return o.columnCount;
+  for (int row = 0; row < o.rowCount; ++row)
+    for (int column = narrow; column < o.columnCount; ++column)
+      if (o.rangeImage(row, column) != 0) return o.columnCount;
+  return narrow;
 }
 
 void decodeRotating(const CObservationRotatingScan& o, core::RangeScan& out, Dropped& dropped)
 {
-  const std::vector<double> elevations = ringElevations(o);
-  if (elevations.size() != o.rowCount || o.rangeImage.rows() != o.rowCount ||
-      o.rangeImage.cols() != o.columnCount || o.columnCount == 0)
+  const std::vector<double> elevations = rowElevations(o);
+  if (elevations.empty() || elevations.size() != o.rowCount || o.columnCount == 0 ||
+      o.rangeImage.rows() != o.rowCount || o.rangeImage.cols() != o.columnCount)
   {
-    ++dropped["rotating scan with an unknown number of rings"];
+    ++dropped["rotating scan of an unknown sensor"];
     return;
   }
+  // Velodyne azimuths grow clockwise; MRPT stores them with a positive span all the same.
+  const double sign = o.rowCount > 1 ? -1.0 : 1.0;
+  const int columns = usedColumns(o);
   out.duration = std::isfinite(o.sweepDuration) ? std::max(0.0, o.sweepDuration) : 0.0;
   std::uint64_t zero = 0;
-  for (int column = 0; column < o.columnCount; ++column)
+  for (int column = 0; column < columns; ++column)
   {
-    const double share = static_cast<double>(column) / o.columnCount;
-    const double azimuth = o.startAzimuth + share * o.azimuthSpan;
+    const double share = static_cast<double>(column) / std::max(1, columns - 1);
+    const double azimuth = sign * (o.startAzimuth + share * o.azimuthSpan);
     for (int row = 0; row < o.rowCount; ++row)
     {
       const double range = o.rangeImage(row, column) * o.rangeResolution;

@@ -52,7 +52,7 @@ std::size_t wrapped(int azimuth)
 
 struct Tally
 {
-  std::uint64_t zero = 0, header = 0, range = 0, model = 0;
+  std::uint64_t zero = 0, header = 0, range = 0, model = 0, calibration = 0;
 };
 
 /// Decodes packet by packet; what changes from packet to packet is the clock alone.
@@ -72,7 +72,8 @@ class Decoder
     const detail::SensorModel* model = models_.of(p);
     if (!model)
     {
-      tally_.model += VelodynePacket::kBlocks * VelodynePacket::kReturnsPerBlock;
+      (detail::SensorModels::isHdl64(p) ? tally_.calibration : tally_.model) +=
+          VelodynePacket::kBlocks * VelodynePacket::kReturnsPerBlock;
       return;
     }
     const int group = model->two_banks || p.return_mode == VelodynePacket::kDual ? 2 : 1;
@@ -186,10 +187,12 @@ void decodeVelodyne(const mrpt::obs::CObservationVelodyneScan& scan, core::Range
     decoder.packet(packet);
   }
   out.duration = decoder.last();
-  const std::pair<const char*, std::uint64_t> reasons[] = {{"zero range", tally.zero},
-                                                           {"bad block header", tally.header},
-                                                           {"out of range", tally.range},
-                                                           {"unknown model", tally.model}};
+  const std::pair<const char*, std::uint64_t> reasons[] = {
+      {"zero range", tally.zero},
+      {"bad block header", tally.header},
+      {"out of range", tally.range},
+      {"unknown model", tally.model},
+      {"HDL-64 without calibration", tally.calibration}};
   for (const auto& [reason, count] : reasons)
     if (count > 0) dropped[reason] += count;
 }

@@ -27,13 +27,10 @@ Laser fromCalibration(const Calibration::PerLaserCalib& c)
   return laser;
 }
 
-std::vector<Laser> lasersOf(const Calibration& own, const char* model, std::size_t count)
+std::vector<Laser> lasersOf(const Calibration& calibration)
 {
-  const Calibration& calibration =
-      own.laser_corrections.size() == count ? own : Calibration::LoadDefaultCalibration(model);
   std::vector<Laser> lasers;
   for (const auto& c : calibration.laser_corrections) lasers.push_back(fromCalibration(c));
-  lasers.resize(count);
   return lasers;
 }
 
@@ -74,7 +71,9 @@ const SensorModel* SensorModels::hdl32()
 {
   if (hdl32_.lasers.empty())
   {
-    hdl32_.lasers = lasersOf(calibration_, "HDL32", 32);
+    const bool own = calibration_.laser_corrections.size() == 32;
+    hdl32_.lasers = lasersOf(own ? calibration_ : Calibration::LoadDefaultCalibration("HDL32"));
+    hdl32_.lasers.resize(32);
     setTiming(hdl32_, 32, kHdl32FiringPeriod, kHdl32LaserPeriod);
   }
   return &hdl32_;
@@ -82,9 +81,11 @@ const SensorModel* SensorModels::hdl32()
 
 const SensorModel* SensorModels::hdl64()
 {
+  // Every HDL-64 is calibrated on its own, and MRPT 2.5.8 fails to load its default for it.
+  if (calibration_.laser_corrections.size() != 64) return nullptr;
   if (hdl64_.lasers.empty())
   {
-    hdl64_.lasers = lasersOf(calibration_, "HDL64", 64);
+    hdl64_.lasers = lasersOf(calibration_);
     setTiming(hdl64_, 32, kHdl64FiringPeriod, 0.0);
     hdl64_.two_banks = true;
   }
@@ -93,12 +94,16 @@ const SensorModel* SensorModels::hdl64()
 
 const SensorModel* SensorModels::of(const VelodynePacket& packet)
 {
-  // HDL-64 packets have no model byte, but only they have a lower bank.
-  const auto lower = [](const VelodynePacket::Block& block) { return block.header == 0xDDFF; };
-  if (std::any_of(std::begin(packet.blocks), std::end(packet.blocks), lower)) return hdl64();
+  if (isHdl64(packet)) return hdl64();
   if (packet.model == VelodynePacket::kVlp16) return vlp16();
   if (packet.model == VelodynePacket::kHdl32) return hdl32();
   return nullptr;
+}
+
+bool SensorModels::isHdl64(const VelodynePacket& packet)
+{
+  const auto lower = [](const VelodynePacket::Block& block) { return block.header == 0xDDFF; };
+  return std::any_of(std::begin(packet.blocks), std::end(packet.blocks), lower);
 }
 
 }  // namespace slalom::mrpt_io::detail

@@ -47,8 +47,10 @@ class SensorModels
       : calibration_(calibration)
   {
   }
-  /// nullptr when the packet names a model that is not known here.
+  /// nullptr when the packet names a model that is not known here, or an HDL-64 has no calibration.
   [[nodiscard]] const SensorModel* of(const VelodynePacket& packet);
+  /// HDL-64 packets have no model byte, but only they have a lower bank.
+  [[nodiscard]] static bool isHdl64(const VelodynePacket& packet);
 
  private:
   const SensorModel* vlp16();

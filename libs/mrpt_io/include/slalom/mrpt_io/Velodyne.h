@@ -52,7 +52,8 @@ inline constexpr int kVlp16Elevation[16] = {-15, 1, -13, 3,  -11, 5,  -9, 7,
  * firing time and interpolated azimuth. Points are in sensor axes: x = r cos(el) cos(az), y = -r
  * cos(el) sin(az), z = r sin(el). Dual returns that repeat the first are dropped.
  *  @param dropped counters by reason: "zero range", "bad block header", "out of range", "unknown
- * model" */
+ * model", "HDL-64 without calibration"; scan.minRange is ignored (MRPT's default of 1 m would hide
+ * what is near), scan.maxRange is not */
 void decodeVelodyne(const mrpt::obs::CObservationVelodyneScan& scan, core::RangeScan& out,
                     std::map<std::string, std::uint64_t>& dropped);
 
