@@ -22,6 +22,7 @@ struct RecordConfig
 {
   double epoch_s = 1767225600.0;  ///< [s] Unix time of the start: 2026-01-01 00:00 UTC
   double truth_rate_hz = 50.0;    ///< [1/s] ground truth poses
+  int gzip_level = 6;             ///< [1] of the rawlog
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
@@ -29,6 +30,7 @@ struct RecordConfig
     using core::Range;
     v("epoch_s", c.epoch_s, Range{0.0, 4e9}, "Unix time of the start of the recording");
     v("truth_rate_hz", c.truth_rate_hz, Range{1.0, 500.0}, "ground truth poses per second");
+    v("gzip_level", c.gzip_level, Range{0, 9}, "compression of the rawlog");
   }
 };
 

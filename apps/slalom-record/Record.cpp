@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Record.h"
+
+#include <cstdio>
+#include <fstream>
+
+#include "Progress.h"
+#include "slalom/core/Vehicle.h"
+#include "slalom/mrpt_io/ConfigBinder.h"
+#include "slalom/mrpt_io/RawlogWriter.h"
+#include "slalom/simulation/FlightRecorder.h"
+#include "slalom/simulation/Forest.h"
+#include "slalom/simulation/ScriptedFlight.h"
+#include "slalom/simulation/World.h"
+
+namespace slalom::record
+{
+namespace
+{
+namespace fs = std::filesystem;
+using simulation::ScriptedFlight;
+using simulation::World;
+
+struct Config
+{
+  simulation::FlightConfig flight;
+  simulation::SensorSuite sensors;
+  simulation::ForestConfig forest;
+  core::Vehicle vehicle;
+  std::string effective;
+};
+
+Config readConfig(const Options& options)
+{
+  mrpt_io::IniDocument document = options.common.document();
+  if (options.speed) document.set("flight.speed_mps=" + std::to_string(*options.speed));
+  if (options.acceleration)
+    document.set("flight.acceleration_mps2=" + std::to_string(*options.acceleration));
+  Config config;
+  mrpt_io::ConfigBinder binder(document);
+  binder.bind("flight", config.flight);
+  binder.bind("record", config.sensors.record);
+  binder.bind("lidar", config.sensors.lidar);
+  binder.bind("imu", config.sensors.imu);
+  binder.bind("gps", config.sensors.gps);
+  binder.bind("velocity", config.sensors.velocity);
+  binder.bind("forest", config.forest);
+  binder.bind("vehicle", config.vehicle);
+  binder.finish();
+  config.effective = binder.effective();
+  return config;
+}
+
+/// The input is at fault, not the program.
+class InputError : public std::runtime_error
+{
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+template <class Load>
+auto loaded(Load&& load)
+{
+  try
+  {
+    return load();
+  }
+  catch (const std::runtime_error& error)
+  {
+    throw InputError(error.what());
+  }
+}
+
+void refuseExisting(const fs::path& file, bool overwrite)
+{
+  if (!overwrite && fs::exists(file))
+    throw app::UsageError(file.string() + " exists; -w replaces it");
+}
+
+/// The file appears under its name when it is complete.
+void writeText(const fs::path& file, const std::string& text)
+{
+  const fs::path part = file.string() + ".part";
+  std::ofstream stream(part, std::ios::binary);
+  stream << text;
+  stream.close();
+  std::error_code error;
+  if (stream) fs::rename(part, file, error);
+  if (!stream || error)
+  {
+    fs::remove(part, error);
+    throw app::UsageError(file.string() + " cannot be written");
+  }
+}
+
+std::string truthTum(const ScriptedFlight& flight, double end, double rate)
+{
+  std::string text;
+  char line[256];
+  for (std::int64_t k = 0; static_cast<double>(k) / rate <= end; ++k)
+  {
+    const double t = static_cast<double>(k) / rate;
+    const simulation::MotionSample m = flight.at(t);
+    std::snprintf(line, sizeof(line), "%.6f %.6f %.6f %.6f %.9f %.9f %.9f %.9f\n", t, m.p_W.x(),
+                  m.p_W.y(), m.p_W.z(), m.q_WB.x(), m.q_WB.y(), m.q_WB.z(), m.q_WB.w());
+    text += line;
+  }
+  return text;
+}
+
+void refuseCollision(const World& world, const ScriptedFlight& flight, double radius)
+{
+  const auto contact = simulation::firstContact(world, flight, flight.duration(), radius);
+  if (!contact) return;
+  char text[256];
+  std::snprintf(text, sizeof(text),
+                "the path comes within %.3f m of the world at t = %.2f s, (%.2f, %.2f, %.2f); the "
+                "vehicle's radius is %.2f m. --allow-collision flies it all the same",
+                contact->distance, contact->t, contact->p_W.x(), contact->p_W.y(),
+                contact->p_W.z(), radius);
+  throw InputError(text);
+}
+
+void makeForest(const Options& options, const Config& config)
+{
+  refuseExisting(options.make_forest, options.common.overwrite);
+  try
+  {
+    writeText(options.make_forest,
+              simulation::forestCsv(simulation::makeForest(config.forest, options.seed)));
+  }
+  catch (const std::invalid_argument& error)
+  {
+    throw app::UsageError(error.what());
+  }
+}
+
+/// @return log time of the last observation [s]
+double writeRawlog(const Options& options, const Config& config, const World& world,
+                   const ScriptedFlight& flight)
+{
+  simulation::FlightRecorder recorder(world, flight, flight.duration(), config.sensors,
+                                      options.seed);
+  mrpt_io::RawlogWriter writer(options.rawlog, config.sensors.record.gzip_level);
+  app::Progress progress("record", options.common.quiet);
+  while (!app::interrupted())
+  {
+    const auto observation = recorder.next();
+    if (!observation) break;
+    writer.write(*observation);
+    progress.show(recorder.time() / flight.duration());
+  }
+  writer.close();
+  return recorder.time();
+}
+
+int record(const Options& options, const Config& config)
+{
+  if (options.world.empty() || options.trajectory.empty() || options.rawlog.empty())
+    throw app::UsageError("--world, --trajectory and --rawlog are needed");
+  refuseExisting(options.rawlog, options.common.overwrite);
+  const World world = loaded([&] { return World::load(options.world); });
+  const ScriptedFlight flight =
+      loaded([&] { return ScriptedFlight::load(options.trajectory, config.flight); });
+  if (!options.allow_collision) refuseCollision(world, flight, config.vehicle.radius_m);
+
+  const fs::path& out = options.common.out;
+  if (!out.empty())
+  {
+    std::error_code error;
+    fs::create_directories(out, error);
+    if (error) throw app::UsageError(out.string() + " cannot be made: " + error.message());
+    for (const char* name : {"truth.tum", "effective.ini"})
+      refuseExisting(out / name, options.common.overwrite);
+  }
+  const double end = writeRawlog(options, config, world, flight);
+  if (!out.empty())
+  {
+    writeText(out / "truth.tum", truthTum(flight, end, config.sensors.record.truth_rate_hz));
+    writeText(out / "effective.ini", config.effective);
+  }
+  return app::interrupted() ? app::kInterrupted : app::kDone;
+}
+}  // namespace
+
+int run(const Options& options)
+{
+  const Config config = readConfig(options);
+  try
+  {
+    if (options.make_forest.empty()) return record(options, config);
+    makeForest(options, config);
+    return app::kDone;
+  }
+  catch (const InputError& error)
+  {
+    std::cerr << "slalom-record: " << error.what() << "\n";
+    return app::kBadInput;
+  }
+}
+
+}  // namespace slalom::record
