@@ -8,7 +8,7 @@ cmake/install-packages.sh
 [ -f build/demo/build.ninja ] || cmake -S . -B build/demo -G Ninja --log-level=WARNING \
   -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE="-O2 -DNDEBUG" \
   -DSLALOM_BUILD_TESTS=OFF -DSLALOM_BUILD_BENCHMARKS=OFF
-cmake --build build/demo --target slalom-replay slalom-tracker
+cmake --build build/demo --target slalom-replay slalom_tracker
 
 flight=datasets/forest_slalom
 build/demo/bin/slalom-replay --config "$flight/flight.ini" --rawlog "$flight/flight.rawlog" \

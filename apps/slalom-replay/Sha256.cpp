@@ -25,9 +25,12 @@ class Digest
     unsigned int size = 0;
     EVP_DigestFinal_ex(context_.get(), bytes, &size);
     std::string text;
+    constexpr char kDigits[] = "0123456789abcdef";
     for (unsigned int i = 0; i < size; ++i)
-      for (const unsigned nibble : {bytes[i] >> 4u, bytes[i] & 15u})
-        text += "0123456789abcdef"[nibble];
+    {
+      text += kDigits[bytes[i] / 16];
+      text += kDigits[bytes[i] % 16];
+    }
     return text;
   }
 
