@@ -310,8 +310,7 @@ report::RunSummary Replay::summarise(report::RunResult result) const
   summary.input.duration_s = clock_.elapsed();
   summary.input.observations = reader_.statistics().observations;
   const auto statistics = nlohmann::json::parse(navigator_->runStatisticsJson());
-  for (const auto& [reason, count] : statistics.value("dropped", nlohmann::json::object()).items())
-    summary.input.dropped[reason] = count.get<std::uint64_t>();
+  summary.input.dropped = statistics.value("dropped", std::map<std::string, std::uint64_t>{});
   for (const auto& [reason, count] : reader_.statistics().skipped)
     summary.input.dropped[reason] += count;
   if (const auto points = statistics.find("points_per_scan");
