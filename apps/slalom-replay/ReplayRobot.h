@@ -16,6 +16,8 @@ namespace slalom::replay
 class ReplayRobot final : public navigator::RobotInterface3D
 {
  public:
+  ReplayRobot() { setMinLoggingLevel(mrpt::system::LVL_ERROR); }
+
   void deliver(mrpt::obs::CObservation::Ptr observation)
   {
     waiting_.push_back(std::move(observation));

@@ -185,8 +185,9 @@ void Engine::Impl::requestRefinement(const core::VehicleState& state, double t)
     return;
   refined_map = map->count;
   last_refine_t = t;
-  GlobalJob job{flight->number,
-                {flight->reference_L, refined, map->field, state, clock.progress(), {}}};
+  GlobalJob job{
+      flight->number,
+      {flight->reference_L, refined, map->field, state, clock.progress(), flight->offset.z(), {}}};
   if (pipeline.refine(std::move(job)) > 0) ++statistics.late_global;
 }
 
@@ -374,6 +375,7 @@ core::CycleRecord Engine::step(double t, bool drive)
   if (const auto state = me.source.state(t))
   {
     record.state = *state;
+    record.has_state = true;
     std::string refusal;
     if (me.waiting_mission) refusal = me.startMission(*state);
     if (me.flight)

@@ -73,26 +73,36 @@ void StateSource::feed(const core::Measurement& measurement)
         }
       },
       measurement);
-  if (const auto state = estimator_.state()) newest_ = state->t;
+  if (const auto state = estimator_.state())
+  {
+    newest_ = state->t;
+    if (!origin_L_) origin_L_ = state->p_W - state->p_L;
+  }
+}
+
+std::optional<core::VehicleState> StateSource::placed(std::optional<core::VehicleState> state) const
+{
+  if (state && origin_L_) state->p_L += *origin_L_;
+  return state;
 }
 
 std::optional<core::VehicleState> StateSource::state(double t) const
 {
   if (kind_ == Kind::Auto) return std::nullopt;
   if (kind_ != Kind::Static)
-    if (auto exact = estimator_.stateAt(t)) return exact;
+    if (auto exact = estimator_.stateAt(t)) return placed(exact);
   if (kind_ == Kind::Static)
   {
     core::VehicleState still;
     still.t = t;
     return still;
   }
-  return estimator_.state();
+  return placed(estimator_.state());
 }
 
 std::optional<core::VehicleState> StateSource::stateAt(double t) const
 {
-  return kind_ == Kind::Static ? state(t) : estimator_.stateAt(t);
+  return kind_ == Kind::Static ? state(t) : placed(estimator_.stateAt(t));
 }
 
 std::string StateSource::name() const

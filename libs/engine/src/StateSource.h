@@ -40,6 +40,8 @@ class StateSource
  private:
   void decide(const core::Measurement& measurement);
   void feed(const core::Measurement& measurement);
+  [[nodiscard]] std::optional<core::VehicleState> placed(
+      std::optional<core::VehicleState> state) const;
 
   StateConfig config_;
   estimation::StateEstimator estimator_;
@@ -47,6 +49,7 @@ class StateSource
   std::optional<double> first_;               // time of the first measurement of any kind
   std::vector<core::Measurement> undecided_;  // Auto: kept until the source is known
   double newest_ = 0.0;
+  std::optional<Eigen::Vector3d> origin_L_;  // added to the filter's local positions: L begins as W
 };
 
 }  // namespace slalom::engine

@@ -61,6 +61,13 @@ Eigen::Vector3d escape(const DistanceField& field, Eigen::Vector3d p_L, double c
   return p_L;
 }
 
+GlobalPlannerConfig inLocalFrame(GlobalPlannerConfig config, double altitude_offset)
+{
+  config.min_altitude_m += altitude_offset;
+  config.max_altitude_m += altitude_offset;
+  return config;
+}
+
 /// One step's working set; the step itself is the list of its member calls in
 /// GlobalPlanner::step().
 class Refinement
@@ -68,7 +75,7 @@ class Refinement
  public:
   Refinement(const GlobalPlannerConfig& config, const core::Vehicle& vehicle,
              const GlobalPlannerInput& input)
-      : config_(config),
+      : config_(inLocalFrame(config, input.altitude_offset)),
         vehicle_(vehicle),
         in_(input),
         field_(*input.field),
@@ -97,7 +104,7 @@ class Refinement
   [[nodiscard]] GlobalPlannerOutput commit(RefineOutcome outcome, const UniformBSpline& curve);
   [[nodiscard]] GlobalPlannerOutput keep(RefineOutcome outcome);
 
-  const GlobalPlannerConfig& config_;
+  const GlobalPlannerConfig config_;
   const core::Vehicle& vehicle_;
   const GlobalPlannerInput& in_;
   const DistanceField& field_;

@@ -25,10 +25,12 @@ search::SearchResult searchGuide(const core::DistanceField& field, const Eigen::
   const double reach = std::max(3.0, 0.5 * (goal_L - start_L).norm());
   Eigen::AlignedBox3d box(start_L.cwiseMin(goal_L) - Eigen::Vector3d(reach, reach, 1.5),
                           start_L.cwiseMax(goal_L) + Eigen::Vector3d(reach, reach, 1.5));
-  const auto keepAltitude = [&config](Eigen::AlignedBox3d& b)
+  // Both ends are where they are, whatever the altitude limits say of the way between.
+  const auto keepAltitude = [&](Eigen::AlignedBox3d& b)
   {
     b.min().z() = std::max(b.min().z(), config.min_altitude_m);
     b.max().z() = std::min(b.max().z(), config.max_altitude_m);
+    b.extend(start_L).extend(goal_L);
   };
   keepAltitude(box);
   search::SearchResult result = search::findPath(field, start_L, goal_L, box, search_config);

@@ -52,6 +52,7 @@ struct CycleRecord
 {
   std::uint64_t index = 0;
   double t = 0.0;  ///< [s] log time
+  bool has_state = false;  ///< false: nothing is known of the vehicle yet, `state` is a default
   VehicleState state;
   std::shared_ptr<const DistanceField> field;  ///< may be null before the first scan
   double origin_offset_norm_m = 0.0;           ///< |W - L| offset, for the record
