@@ -116,8 +116,8 @@ void refuseCollision(const World& world, const ScriptedFlight& flight, double ra
   std::snprintf(text, sizeof(text),
                 "the path comes within %.3f m of the world at t = %.2f s, (%.2f, %.2f, %.2f); the "
                 "vehicle's radius is %.2f m. --allow-collision flies it all the same",
-                contact->distance, contact->t, contact->p_W.x(), contact->p_W.y(),
-                contact->p_W.z(), radius);
+                contact->distance, contact->t, contact->p_W.x(), contact->p_W.y(), contact->p_W.z(),
+                radius);
   throw InputError(text);
 }
 

@@ -19,12 +19,13 @@ std::vector<Waypoint> readPaperRow(const std::filesystem::path& file, const Row&
 {
   if ((row.fields.size() - 2) % 3 != 0)
     failAt(file, row.line,
-           std::to_string(row.fields.size()) + " fields are neither x,y,z[,yaw] nor a row of "
-                                               "path_id, world, x1,y1,z1, ...");
+           std::to_string(row.fields.size()) +
+               " fields are neither x,y,z[,yaw] nor a row of "
+               "path_id, world, x1,y1,z1, ...");
   std::vector<Waypoint> waypoints;
   for (std::size_t k = 2; k < row.fields.size(); k += 3)
-    waypoints.push_back({{numberAt(file, row, k), numberAt(file, row, k + 1),
-                          numberAt(file, row, k + 2)}});
+    waypoints.push_back(
+        {{numberAt(file, row, k), numberAt(file, row, k + 1), numberAt(file, row, k + 2)}});
   return waypoints;
 }
 

@@ -67,9 +67,9 @@ mrpt::obs::CObservation::Ptr FlightRecorder::nextScan()
 mrpt::obs::CObservation::Ptr FlightRecorder::next()
 {
   // The first of the earliest: equal times are always told in the same order.
-  Stream& stream = *std::min_element(streams_.begin(), streams_.end(),
-                                     [](const Stream& a, const Stream& b)
-                                     { return a.next() < b.next(); });
+  Stream& stream =
+      *std::min_element(streams_.begin(), streams_.end(),
+                        [](const Stream& a, const Stream& b) { return a.next() < b.next(); });
   const double t = stream.next();
   if (lidar_.nextScanStart() < t && lidar_.nextScanEnd() <= duration_) return nextScan();
   if (t > duration_) return nullptr;

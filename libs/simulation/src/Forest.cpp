@@ -38,8 +38,7 @@ std::vector<Tree> makeForest(const ForestConfig& config, std::uint64_t seed)
     tree.radius = rng.uniform(config.min_radius_m, config.max_radius_m);
     tree.height = rng.uniform(config.min_height_m, config.max_height_m);
     int tries = 0;
-    do
-    {
+    do {
       if (++tries > kTries)
         throw std::invalid_argument("forest: no room for tree " + std::to_string(trees.size() + 1) +
                                     " of " + std::to_string(wanted));
@@ -57,8 +56,8 @@ std::string forestCsv(const std::vector<Tree>& trees)
   char line[128];
   for (const Tree& tree : trees)
   {
-    std::snprintf(line, sizeof(line), "%.4f,%.4f,%.4f,%.4f\n", tree.centre_W.x(),
-                  tree.centre_W.y(), tree.radius, tree.height);
+    std::snprintf(line, sizeof(line), "%.4f,%.4f,%.4f,%.4f\n", tree.centre_W.x(), tree.centre_W.y(),
+                  tree.radius, tree.height);
     csv += line;
   }
   return csv;

@@ -49,13 +49,12 @@ mrpt_io::GpsReading GpsModel::reading(const Motion& motion, double t)
   last_ = t;
   bias_ = keep * bias_ + slowNoise(rng_, config_.bias_sigma_m * std::sqrt(1.0 - keep * keep));
   const MotionSample m = motion.at(t - config_.delay_s);
-  const Eigen::Vector3d white =
-      rng_.normal3(1.0).cwiseProduct(Eigen::Vector3d(config_.sigma_m, config_.sigma_m,
-                                                     config_.sigma_up_m));
+  const Eigen::Vector3d white = rng_.normal3(1.0).cwiseProduct(
+      Eigen::Vector3d(config_.sigma_m, config_.sigma_m, config_.sigma_up_m));
   mrpt_io::GpsReading reading;
   reading.p_W = m.p_W + m.q_WB * config_.lever_m + bias_ + white;
-  reading.v_W = m.v_W + m.q_WB * m.w_B.cross(config_.lever_m) +
-                rng_.normal3(config_.velocity_sigma_mps);
+  reading.v_W =
+      m.v_W + m.q_WB * m.w_B.cross(config_.lever_m) + rng_.normal3(config_.velocity_sigma_mps);
   reading.sigma = std::hypot(config_.sigma_m, config_.bias_sigma_m);
   reading.lever_B = config_.lever_m;
   return reading;

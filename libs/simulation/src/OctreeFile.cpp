@@ -13,7 +13,7 @@ namespace slalom::simulation::detail
 {
 namespace
 {
-constexpr int kDepth = 16;             // of every OctoMap tree
+constexpr int kDepth = 16;                  // of every OctoMap tree
 constexpr int kOrigin = 1 << (kDepth - 1);  // key of the voxel at the world's origin
 constexpr char kBinaryTitle[] = "# Octomap OcTree binary file";
 constexpr char kFullTitle[] = "# Octomap OcTree file";

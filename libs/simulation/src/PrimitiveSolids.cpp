@@ -68,8 +68,7 @@ void PrimitiveSolids::buildGrid()
       for (int x = clampedX(foot.min().x()); x <= clampedX(foot.max().x()); ++x) visit(cell(x, y));
   };
   first_.assign(cells + 1, 0);
-  for (std::size_t s = 0; s < shapes; ++s)
-    forEachCell(s, [&](std::size_t c) { ++first_[c + 1]; });
+  for (std::size_t s = 0; s < shapes; ++s) forEachCell(s, [&](std::size_t c) { ++first_[c + 1]; });
   for (std::size_t c = 0; c < cells; ++c) first_[c + 1] += first_[c];
   shapes_.resize(first_.back());
   std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);

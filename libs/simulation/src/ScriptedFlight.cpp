@@ -14,7 +14,10 @@ ScriptedFlight::~ScriptedFlight() = default;
 ScriptedFlight::ScriptedFlight(ScriptedFlight&&) noexcept = default;
 ScriptedFlight& ScriptedFlight::operator=(ScriptedFlight&&) noexcept = default;
 
-double ScriptedFlight::duration() const { return path_->duration(); }
+double ScriptedFlight::duration() const
+{
+  return path_->duration();
+}
 
 Eigen::Isometry3d ScriptedFlight::pose(double t) const
 {

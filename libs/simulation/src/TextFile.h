@@ -26,8 +26,7 @@ struct Row
 [[nodiscard]] std::vector<Row> readRows(const std::filesystem::path& file, char separator);
 
 /// Field `index` of the row as a number. @throws std::runtime_error naming file, line, value
-[[nodiscard]] double numberAt(const std::filesystem::path& file, const Row& row,
-                              std::size_t index);
+[[nodiscard]] double numberAt(const std::filesystem::path& file, const Row& row, std::size_t index);
 
 [[noreturn]] void failAt(const std::filesystem::path& file, int line, const std::string& what);
 

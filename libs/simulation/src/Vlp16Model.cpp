@@ -61,7 +61,10 @@ Vlp16Model::Vlp16Model(const LidarConfig& config, std::uint64_t seed, double hou
 {
 }
 
-double Vlp16Model::azimuth(double t) const { return kTurn * config_.rate_hz * t; }
+double Vlp16Model::azimuth(double t) const
+{
+  return kTurn * config_.rate_hz * t;
+}
 
 /// Packets that start before the given revolution does.
 std::int64_t Vlp16Model::packetsUntil(std::int64_t revolution) const
@@ -89,7 +92,7 @@ Vlp16Model::Scan Vlp16Model::nextScan(const World& world, const Motion& motion)
   scan.packets.reserve(static_cast<std::size_t>(last - first));
   for (std::int64_t k = first; k < last; ++k)
     scan.packets.push_back(packet(kPacketPeriod * static_cast<double>(k), world, motion));
-  ++revolution_;
+  revolution_ += config_.record_every;
   return scan;
 }
 

@@ -42,13 +42,13 @@ inline constexpr int kPadding = 2;
 
 /** Turns unknown voxels that shells enclose into solid. Known-free voxels stay free.
  *
- *  Scanned maps show trunks as tubes: open above and below, often with gaps. So besides what no path
- *  from outside or from free space reaches (closed shells), every horizontal slice is flooded from
- *  outside and from free space: a hole of at most the area of the thickest trunk (1.5 m across) that
- *  the flood does not reach is solid. A second flood runs with the shells thickened by one voxel,
- *  which closes gaps of up to two voxels; it fills only holes wide enough to hold 3 x 3 voxels, so
- *  twigs near each other do not grow together. Last, short unfilled stretches (0.5 m) between two
- *  filled parts of a column are filled. */
+ *  Scanned maps show trunks as tubes: open above and below, often with gaps. So besides what no
+ * path from outside or from free space reaches (closed shells), every horizontal slice is flooded
+ * from outside and from free space: a hole of at most the area of the thickest trunk (1.5 m across)
+ * that the flood does not reach is solid. A second flood runs with the shells thickened by one
+ * voxel, which closes gaps of up to two voxels; it fills only holes wide enough to hold 3 x 3
+ * voxels, so twigs near each other do not grow together. Last, short unfilled stretches (0.5 m)
+ * between two filled parts of a column are filled. */
 void fillShells(VoxelGrid& grid);
 
 }  // namespace slalom::simulation::detail

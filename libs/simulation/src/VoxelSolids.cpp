@@ -105,8 +105,7 @@ void VoxelSolids::buildPyramid()
 }
 
 std::optional<double> VoxelSolids::castRay(const Eigen::Vector3d& origin,
-                                           const Eigen::Vector3d& direction,
-                                           double max_range) const
+                                           const Eigen::Vector3d& direction, double max_range) const
 {
   // In units of voxels, so that borders are whole numbers.
   const double scale = 1.0 / resolution_;
@@ -115,14 +114,14 @@ std::optional<double> VoxelSolids::castRay(const Eigen::Vector3d& origin,
   for (int i = 0; i < 3; ++i) inside = slab(o[i], direction[i], 0.0, size_[i], inside);
   if (inside.enter > inside.leave) return std::nullopt;
 
-  int cell[3], far_side[3];
+  int cell[3], forward[3];
   double inverse[3];
   for (int i = 0; i < 3; ++i)
   {
-    cell[i] = std::clamp(static_cast<int>(std::floor(o[i] + inside.enter * direction[i])), 0,
-                         size_[i] - 1);
-    inverse[i] = direction[i] == 0.0 ? 0.0 : 1.0 / direction[i];
-    far_side[i] = direction[i] > 0.0 ? 1 : 0;
+    cell[i] = std::clamp(static_cast<int>(o[i] + inside.enter * direction[i]), 0, size_[i] - 1);
+    // An axis along which the ray does not move never has the nearest border.
+    inverse[i] = direction[i] == 0.0 ? std::numeric_limits<double>::infinity() : 1.0 / direction[i];
+    forward[i] = direction[i] > 0.0 ? 1 : 0;
   }
   double t = inside.enter;
   while (true)
@@ -130,14 +129,14 @@ std::optional<double> VoxelSolids::castRay(const Eigen::Vector3d& origin,
     const int leap = leap_[index({cell[0], cell[1], cell[2]})];
     if (leap == 0) return t * resolution_;
     // The cube of voxels nearer than `leap` is empty: go to where the ray leaves it.
-    int axis = 0;
+    int low[3], high[3], axis = 0;
     double leave = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 3; ++i)
     {
-      if (direction[i] == 0.0) continue;
-      const int border = far_side[i] ? cell[i] + leap : cell[i] - leap + 1;
-      const double at = (border - o[i]) * inverse[i];
-      if (at < leave)
+      low[i] = cell[i] - leap + 1;
+      high[i] = cell[i] + leap - 1;
+      const double at = ((forward[i] ? high[i] + 1 : low[i]) - o[i]) * inverse[i];
+      if (at < leave && direction[i] != 0.0)
       {
         leave = at;
         axis = i;
@@ -145,15 +144,12 @@ std::optional<double> VoxelSolids::castRay(const Eigen::Vector3d& origin,
     }
     t = std::max(t, leave);
     if (t > inside.leave) return std::nullopt;
+    // Truncation rounds towards zero, which matters only where clamping mends it.
     for (int i = 0; i < 3; ++i)
-    {
-      const int low = cell[i] - leap + 1, high = cell[i] + leap - 1;
-      if (i == axis)
-        cell[i] = far_side[i] ? high + 1 : low - 1;
-      else if (direction[i] != 0.0)
-        cell[i] = std::clamp(static_cast<int>(std::floor(o[i] + t * direction[i])), low, high);
-      if (cell[i] < 0 || cell[i] >= size_[i]) return std::nullopt;
-    }
+      cell[i] = std::clamp(static_cast<int>(o[i] + t * direction[i]), low[i], high[i]);
+    cell[axis] = forward[axis] ? high[axis] + 1 : low[axis] - 1;
+    for (int i = 0; i < 3; ++i)
+      if (static_cast<unsigned>(cell[i]) >= static_cast<unsigned>(size_[i])) return std::nullopt;
   }
 }
 
@@ -182,12 +178,14 @@ void VoxelSolids::descend(std::size_t level, const Eigen::Vector3i& cell, Search
     if ((c.array() >= limit.array()).any() || !(flagsAt(level, c) & search.wanted)) continue;
     const Eigen::Vector3d lo = c.cast<double>() * edge;
     const Eigen::Vector3d out =
-        (lo - search.p).cwiseMax((search.p - lo).array().matrix() - Eigen::Vector3d::Constant(edge));
+        (lo - search.p)
+            .cwiseMax((search.p - lo).array().matrix() - Eigen::Vector3d::Constant(edge));
     const double squared = out.cwiseMax(0.0).squaredNorm();
-    if (squared < search.best) children[count++] = {squared, c};
+    if (squared >= search.best) continue;
+    std::size_t at = count++;
+    for (; at > 0 && children[at - 1].squared > squared; --at) children[at] = children[at - 1];
+    children[at] = {squared, c};
   }
-  std::sort(children.begin(), children.begin() + static_cast<std::ptrdiff_t>(count),
-            [](const Child& a, const Child& b) { return a.squared < b.squared; });
   for (std::size_t k = 0; k < count && children[k].squared < search.best; ++k)
   {
     if (level == 0)

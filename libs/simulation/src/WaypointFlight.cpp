@@ -53,9 +53,9 @@ std::vector<double> headingsOf(const std::vector<Waypoint>& waypoints, const Uni
   for (const Waypoint& waypoint : waypoints)
   {
     from = curve.project(waypoint.p_W, from, curve.end());
-    const double yaw = knots.empty() ? waypoint.yaw
-                                     : knots.back().yaw +
-                                           core::wrapAngle(waypoint.yaw - knots.back().yaw);
+    const double yaw = knots.empty()
+                           ? waypoint.yaw
+                           : knots.back().yaw + core::wrapAngle(waypoint.yaw - knots.back().yaw);
     knots.push_back({from, yaw});
   }
   std::vector<double> headings(count);

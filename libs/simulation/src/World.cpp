@@ -56,8 +56,8 @@ World World::load(const std::filesystem::path& file)
     return world;
   }
   if (extension != ".csv" && extension != ".ini")
-    throw std::runtime_error(file.string() +
-                             ": a world is a .bt, .ot, .csv or .ini file, not '" + extension + "'");
+    throw std::runtime_error(file.string() + ": a world is a .bt, .ot, .csv or .ini file, not '" +
+                             extension + "'");
   detail::WorldShapes shapes =
       extension == ".csv" ? detail::readTrees(file) : detail::readIniWorld(file);
   return of(std::move(shapes.trees), std::move(shapes.boxes), shapes.ground);
@@ -89,8 +89,7 @@ std::optional<double> World::castRay(const Eigen::Vector3d& origin_W,
   if (impl_->ground)
   {
     if (origin_W.z() < 0.0) return 0.0;
-    if (unit.z() < 0.0 && origin_W.z() <= -unit.z() * max_range)
-      ground = -origin_W.z() / unit.z();
+    if (unit.z() < 0.0 && origin_W.z() <= -unit.z() * max_range) ground = -origin_W.z() / unit.z();
   }
   const std::optional<double> solid =
       impl_->solids->castRay(origin_W, unit, ground.value_or(max_range));
@@ -112,6 +111,9 @@ Eigen::AlignedBox3d World::bounds() const
   return {box.min() - margin, box.max() + margin};
 }
 
-bool World::hasGround() const { return impl_->ground; }
+bool World::hasGround() const
+{
+  return impl_->ground;
+}
 
 }  // namespace slalom::simulation

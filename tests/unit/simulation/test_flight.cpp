@@ -47,8 +47,7 @@ MotionSample deadReckoned(const Motion& motion, double duration, double dt)
     const MotionSample now = motion.at(t);
     const Eigen::Quaterniond q =
         (state.q_WB * core::expSO3(0.5 * dt * (before.w_B + now.w_B))).normalized();
-    const Vector3d a =
-        0.5 * (state.q_WB * force(before) + q * force(now)) + gravity;
+    const Vector3d a = 0.5 * (state.q_WB * force(before) + q * force(now)) + gravity;
     state.p_W += dt * state.v_W + 0.5 * dt * dt * a;
     state.v_W += dt * a;
     state.q_WB = q;
@@ -147,8 +146,7 @@ std::string tumOf(const ScriptedFlight& flight, double step)
   {
     const MotionSample m = flight.at(t);
     std::snprintf(line, sizeof(line), "%.6f %.6f %.6f %.6f %.8f %.8f %.8f %.8f\n", 100.0 + t,
-                  m.p_W.x(), m.p_W.y(), m.p_W.z(), m.q_WB.x(), m.q_WB.y(), m.q_WB.z(),
-                  m.q_WB.w());
+                  m.p_W.x(), m.p_W.y(), m.p_W.z(), m.q_WB.x(), m.q_WB.y(), m.q_WB.z(), m.q_WB.w());
     text += line;
   }
   return text;

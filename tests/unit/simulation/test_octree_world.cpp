@@ -6,10 +6,10 @@
 #include <cmath>
 #include <sstream>
 
+#include "SharedData.h"
 #include "TempFile.h"
 #include "slalom/core/Rng.h"
 #include "slalom/simulation/World.h"
-#include "SharedData.h"
 
 namespace slalom::simulation
 {
@@ -182,8 +182,7 @@ void drawTube(octomap::OcTree& tree, double x, double y, double radius, double t
     for (double a = 0.0; a < 6.2831853; a += 0.02)
     {
       const bool hole = gap > 0 && slice % gap == 0 && radius * a < 0.15;
-      if (!hole)
-        paint(tree, {x + radius * std::cos(a), y + radius * std::sin(a), z}, true);
+      if (!hole) paint(tree, {x + radius * std::cos(a), y + radius * std::sin(a), z}, true);
     }
 }
 
@@ -245,7 +244,8 @@ TEST(OctreeWorld, DamagedFilesAreRefused)
     const char* name = binary ? "w.bt" : "w.ot";
     for (int k = 0; k < 50; ++k)
     {
-      const std::size_t length = static_cast<std::size_t>(rng.integer(1, static_cast<int>(good.size()) - 1));
+      const std::size_t length =
+          static_cast<std::size_t>(rng.integer(1, static_cast<int>(good.size()) - 1));
       const TempFile file(name, good.substr(0, length));
       EXPECT_THAT(messageOf([&] { (void)World::load(file.path()); }), HasSubstr(name)) << length;
     }

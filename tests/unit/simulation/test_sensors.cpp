@@ -46,7 +46,10 @@ struct SteadyMotion : Motion
   }
 };
 
-World smallForest() { return World::of(makeForest({}, 3), {}, true); }
+World smallForest()
+{
+  return World::of(makeForest({}, 3), {}, true);
+}
 
 LidarConfig exactLidar()
 {
@@ -151,8 +154,9 @@ TEST(Vlp16Model, RangeNoiseHasItsSigma)
 
 TEST(Vlp16Model, DropoutsAndBlindRangeLeaveNoReturn)
 {
-  const World wall = World::of({}, {Box(Vector3d(-9, 3, -50), Vector3d(9, 4, 50)),
-                                    Box(Vector3d(-9, -0.5, -50), Vector3d(9, -0.3, 50))},
+  const World wall = World::of({},
+                               {Box(Vector3d(-9, 3, -50), Vector3d(9, 4, 50)),
+                                Box(Vector3d(-9, -0.5, -50), Vector3d(9, -0.3, 50))},
                                false);
   LidarConfig config;
   config.mount_m.setZero();
@@ -164,8 +168,8 @@ TEST(Vlp16Model, DropoutsAndBlindRangeLeaveNoReturn)
   Vlp16Model without(config, 5);
   const core::RangeScan some = decoded(with.nextScan(wall, still), with);
   const core::RangeScan all = decoded(without.nextScan(wall, still), without);
-  EXPECT_NEAR(static_cast<double>(some.points.size()) / static_cast<double>(all.points.size()),
-              0.8, 0.02);
+  EXPECT_NEAR(static_cast<double>(some.points.size()) / static_cast<double>(all.points.size()), 0.8,
+              0.02);
   for (const core::ScanPoint& p : all.points) EXPECT_GE(p.p_S.norm(), config.min_range_m - 2e-3);
 }
 
@@ -322,7 +326,8 @@ TEST(GpsModel, DelayShowsThePast)
 struct Recording
 {
   World world = smallForest();
-  ScriptedFlight flight = ScriptedFlight::through({{{-19, 0, 2}}, {{-18.5, 0.2, 2}}}, {1.2, 1.0, 0.8, 0.3, 0.2});
+  ScriptedFlight flight =
+      ScriptedFlight::through({{{-19, 0, 2}}, {{-18.5, 0.2, 2}}}, {1.2, 1.0, 0.8, 0.3, 0.2});
   SensorSuite suite;
 
   std::vector<mrpt::obs::CObservation::Ptr> all(std::uint64_t seed) const

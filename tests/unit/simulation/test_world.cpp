@@ -140,7 +140,8 @@ TEST(World, DistanceIsToTheNearestSurfacePoint)
 
 TEST(World, DistanceInsideIsTheWayOut)
 {
-  const World world = World::of({{{0.0, 0.0}, 1.0, 4.0}}, {Box(Vector3d(5, 5, 5), Vector3d(9, 8, 7))}, true);
+  const World world =
+      World::of({{{0.0, 0.0}, 1.0, 4.0}}, {Box(Vector3d(5, 5, 5), Vector3d(9, 8, 7))}, true);
   EXPECT_NEAR(world.distance({0.2, 0.0, 2.0}), -0.8, 1e-12);
   EXPECT_NEAR(world.distance({0.0, 0.0, 3.9}), -0.1, 1e-12);
   EXPECT_NEAR(world.distance({5.5, 6.5, 6.0}), -0.5, 1e-12);
@@ -175,9 +176,10 @@ TEST(WorldFile, TreesOfACsvStandOnTheGround)
 
 TEST(WorldFile, IniHoldsTreesBoxesAndTheGround)
 {
-  const TempFile file("w.ini",
-                      "[world]\nground = false\n[tree.oak]\nx = 1\ny = 2\nradius = 0.5\nheight = 6\n"
-                      "[box.wall]\nmin = -5, -5, 0\nmax = -4,5,3\n");
+  const TempFile file(
+      "w.ini",
+      "[world]\nground = false\n[tree.oak]\nx = 1\ny = 2\nradius = 0.5\nheight = 6\n"
+      "[box.wall]\nmin = -5, -5, 0\nmax = -4,5,3\n");
   const World world = World::load(file.path());
   EXPECT_FALSE(world.hasGround());
   EXPECT_NEAR(world.distance({1.0, 4.0, 1.0}), 1.5, 1e-12);

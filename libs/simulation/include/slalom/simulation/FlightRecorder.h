@@ -44,7 +44,8 @@ struct SensorSuite
   VelocityConfig velocity;
 };
 
-/// Seed of a sensor's own random stream, so that one sensor's settings never change another's noise.
+/// Seed of a sensor's own random stream, so that one sensor's settings never change another's
+/// noise.
 [[nodiscard]] std::uint64_t streamSeed(std::uint64_t seed, std::string_view sensor);
 
 /** Flies a motion through a world and gives what the sensors say, in order of time stamp (a lidar

@@ -17,13 +17,13 @@ namespace slalom::simulation
 /// INI section [imu]. Defaults: a good MEMS unit on a damped mount.
 struct ImuConfig
 {
-  double rate_hz = 200.0;           ///< [1/s]
-  double accel_density = 2e-3;      ///< [m/s^2/sqrt(Hz)] white noise
-  double gyro_density = 2e-4;       ///< [rad/s/sqrt(Hz)] white noise
-  double accel_bias_mps2 = 0.05;    ///< [m/s^2] sigma of the bias at switch-on
-  double gyro_bias_radps = 3e-3;    ///< [rad/s] sigma of the bias at switch-on
-  double accel_walk = 5e-4;         ///< [m/s^2/sqrt(s)] random walk of the bias
-  double gyro_walk = 2e-5;          ///< [rad/s/sqrt(s)] random walk of the bias
+  double rate_hz = 200.0;         ///< [1/s]
+  double accel_density = 2e-3;    ///< [m/s^2/sqrt(Hz)] white noise
+  double gyro_density = 2e-4;     ///< [rad/s/sqrt(Hz)] white noise
+  double accel_bias_mps2 = 0.05;  ///< [m/s^2] sigma of the bias at switch-on
+  double gyro_bias_radps = 3e-3;  ///< [rad/s] sigma of the bias at switch-on
+  double accel_walk = 5e-4;       ///< [m/s^2/sqrt(s)] random walk of the bias
+  double gyro_walk = 2e-5;        ///< [rad/s/sqrt(s)] random walk of the bias
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
@@ -63,7 +63,7 @@ struct GpsConfig
   double bias_time_s = 100.0;       ///< [s] correlation time of the slow part
   double velocity_sigma_mps = 0.1;  ///< [m/s] of the speed over ground
   double delay_s = 0.0;             ///< [s] age of the reading at its time stamp
-  Eigen::Vector3d lever_m = Eigen::Vector3d::Zero();  ///< [m] antenna in the body frame
+  Eigen::Vector3d lever_m = Eigen::Vector3d::Zero();              ///< [m] antenna in the body frame
   Eigen::Vector3d datum = Eigen::Vector3d(47.3667, 8.55, 450.0);  ///< lat, lon [deg], alt [m]
 
   template <class Self, class Visit>
@@ -99,8 +99,8 @@ class GpsModel
 /// INI section [velocity].
 struct VelocityConfig
 {
-  double rate_hz = 50.0;     ///< [1/s]
-  double sigma_mps = 0.05;   ///< [m/s] white, per axis
+  double rate_hz = 50.0;    ///< [1/s]
+  double sigma_mps = 0.05;  ///< [m/s] white, per axis
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)

@@ -36,7 +36,7 @@ struct FlightConfig
 /// A waypoint; yaw NaN: head along the path.
 struct Waypoint
 {
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();                ///< [m]
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();          ///< [m]
   double yaw = std::numeric_limits<double>::quiet_NaN();  ///< [rad]
 };
 
@@ -50,8 +50,8 @@ struct Waypoint
 
 /** A flight along a script, from rest to rest, with the attitude of a multirotor: the thrust
  * direction follows from the acceleration, the heading is smooth and rate-limited. Time 0 is the
- * start of the recording. Position is twice differentiable and the specific force integrates back to
- * it. */
+ * start of the recording. Position is twice differentiable and the specific force integrates back
+ * to it. */
 class ScriptedFlight : public Motion
 {
  public:

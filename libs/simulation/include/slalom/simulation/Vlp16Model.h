@@ -16,11 +16,12 @@ namespace slalom::simulation
 /// INI section [lidar].
 struct LidarConfig
 {
-  double rate_hz = 10.0;         ///< [1/s] revolutions
-  double min_range_m = 0.4;      ///< [m] blind nearer than this
-  double max_range_m = 100.0;    ///< [m]
-  double range_sigma_m = 0.02;   ///< [m] white
-  double dropout = 0.005;        ///< [1] fraction of returns that get lost
+  double rate_hz = 10.0;        ///< [1/s] revolutions
+  int record_every = 1;         ///< [1] of so many revolutions one is recorded
+  double min_range_m = 0.4;     ///< [m] blind nearer than this
+  double max_range_m = 100.0;   ///< [m]
+  double range_sigma_m = 0.02;  ///< [m] white
+  double dropout = 0.005;       ///< [1] fraction of returns that get lost
   Eigen::Vector3d mount_m = Eigen::Vector3d(0.0, 0.0, 0.1);  ///< [m] in the body frame
   Eigen::Vector3d mount_rpy_deg = Eigen::Vector3d::Zero();   ///< roll, pitch, yaw
 
@@ -29,6 +30,7 @@ struct LidarConfig
   {
     using core::Range;
     v("rate_hz", c.rate_hz, Range{5.0, 20.0}, "revolutions per second");
+    v("record_every", c.record_every, Range{1, 100}, "of so many revolutions one is recorded");
     v("min_range_m", c.min_range_m, Range{0.0, 10.0}, "blind nearer than this");
     v("max_range_m", c.max_range_m, Range{1.0, 130.0}, "nothing is seen beyond");
     v("range_sigma_m", c.range_sigma_m, Range{0.0, 1.0}, "standard deviation of the range");
@@ -39,8 +41,8 @@ struct LidarConfig
 };
 
 /** A Velodyne VLP-16 in strongest-return mode that turns without pause: 16 lasers fired one after
- * the other every 55.296 us while the head turns, each ray from where the vehicle is at that moment.
- * Packets are what the sensor sends, byte for byte; block azimuths are true to 0.01 deg.
+ * the other every 55.296 us while the head turns, each ray from where the vehicle is at that
+ * moment. Packets are what the sensor sends, byte for byte; block azimuths are true to 0.01 deg.
  *  @see VLP-16 user manual, section 9. Reflectivity is not modelled (constant). */
 class Vlp16Model
 {
@@ -57,7 +59,7 @@ class Vlp16Model
   };
   [[nodiscard]] double nextScanStart() const;  ///< [s]
   [[nodiscard]] double nextScanEnd() const;    ///< [s]
-  /// Fires one revolution more. Deterministic: same seed, same calls, same bytes.
+  /// Fires the next revolution that is recorded. Deterministic: same seed, same calls, same bytes.
   [[nodiscard]] Scan nextScan(const World& world, const Motion& motion);
 
   [[nodiscard]] const Eigen::Isometry3d& mount() const { return T_BS_; }  ///< T_BS
