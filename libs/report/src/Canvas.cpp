@@ -13,15 +13,12 @@ constexpr int kShift = 4;         // fixed-point bits of OpenCV's drawing functi
 constexpr double kFarAway = 1e6;  // [px] keeps fixed-point coordinates inside 32 bits
 constexpr Colour kHatchGround{214, 214, 214}, kHatchLine{168, 168, 168};
 
-/// One period of the diagonal hatch.
-cv::Mat hatchTile()
-{
-  constexpr int kPeriod = 8;
-  cv::Mat tile(kPeriod, kPeriod, CV_8UC3, kHatchGround.bgr());
-  for (int i = 0; i < kPeriod; ++i) tile.at<cv::Vec3b>(kPeriod - 1 - i, i) = kHatchLine.bgrBytes();
-  return tile;
-}
 }  // namespace
+
+Colour hatchAt(int x, int y)
+{
+  return (x + y) % 8 == 0 ? kHatchLine : kHatchGround;
+}
 
 Canvas::Canvas(int width, int height, Colour background)
     : image_(height, width, CV_8UC3, background.bgr())
@@ -107,7 +104,10 @@ void Canvas::rectangle(cv::Rect area, Colour colour, double opacity)
 {
   const cv::Rect box = (area - origin_) & cv::Rect({0, 0}, image_.size());
   if (box.empty()) return;
-  blend(cv::Mat(box.size(), CV_8U, cv::Scalar(255.0 * opacity)), box.tl() + origin_, colour);
+  if (opacity >= 1.0)
+    image_(box).setTo(colour.bgr());
+  else
+    blend(cv::Mat(box.size(), CV_8U, cv::Scalar(255.0 * opacity)), box.tl() + origin_, colour);
 }
 
 void Canvas::frame(cv::Rect area, Colour colour)
@@ -162,15 +162,12 @@ void Canvas::arrow(Pixel from, Pixel to, const Stroke& stroke, double head)
   fill(headOf(0.0), stroke.colour);
 }
 
-void Canvas::hatch(cv::Rect area, const cv::Mat& mask)
+void Canvas::hatch(cv::Rect area)
 {
   const cv::Rect box = (area - origin_) & cv::Rect({0, 0}, image_.size());
-  if (box.empty() || box.size() != mask.size()) return;
-  static const cv::Mat kTile = hatchTile();
-  cv::Mat pattern;
-  cv::repeat(kTile, box.height / kTile.rows + 1, box.width / kTile.cols + 1, pattern);
-  cv::Mat target = image_(box);
-  pattern(cv::Rect({0, 0}, box.size())).copyTo(target, mask);
+  for (int y = box.y; y < box.y + box.height; ++y)
+    for (int x = box.x; x < box.x + box.width; ++x)
+      image_.at<cv::Vec3b>(y, x) = hatchAt(x + origin_.x, y + origin_.y).bgrBytes();
 }
 
 void Canvas::blend(const cv::Mat& mask, cv::Point top_left, Colour colour)

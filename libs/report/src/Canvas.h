@@ -59,7 +59,7 @@ class Canvas
   void disc(Pixel centre, double radius, Colour colour, double opacity = 1.0);
   void circle(Pixel centre, double radius, const Stroke& stroke);
   void arrow(Pixel from, Pixel to, const Stroke& stroke, double head);
-  void hatch(cv::Rect area, const cv::Mat& mask);  ///< the sign of unknown space, where mask != 0
+  void hatch(cv::Rect area);  ///< the sign of unknown space
   /// `at` is the end of the baseline that `align` names.
   void text(Pixel at, std::string_view text, Font font, Colour colour, Align align = Align::Left);
   /// Reads upwards; `at` is the middle of its right edge.
@@ -78,6 +78,9 @@ class Canvas
   cv::Mat image_;
   cv::Point origin_{0, 0};
 };
+
+/// Colour of the diagonal hatch at a pixel of the whole image.
+[[nodiscard]] Colour hatchAt(int x, int y);
 
 /// Pieces of the path that a dashed stroke covers.
 [[nodiscard]] std::vector<PixelPath> dashes(const PixelPath& points, double dash, double gap);

@@ -5,6 +5,7 @@
 
 #include "ColourRamp.h"
 #include "CyclePicture.h"
+#include "FieldSlice.h"
 #include "RowFiles.h"
 #include "Style.h"
 
@@ -144,11 +145,9 @@ Pixel middleOf(cv::Rect box)
 std::vector<LegendEntry> mapLegend()
 {
   return {{"obstacle (occupied)", [](Canvas& c, cv::Rect box) { c.rectangle(box, kBlack); }},
-          {"unknown space", [](Canvas& c, cv::Rect box)
-           { c.hatch(box, cv::Mat(box.size(), CV_8U, cv::Scalar(255))); }},
-          {"outside the map window", [](Canvas& c, cv::Rect box) {
-             c.rectangle(box, {192, 192, 192});
-           }}};
+          {"unknown space", [](Canvas& c, cv::Rect box) { c.hatch(box); }},
+          {"outside the map window",
+           [](Canvas& c, cv::Rect box) { c.rectangle(box, kOutsideColour); }}};
 }
 }  // namespace
 

@@ -14,6 +14,15 @@ namespace slalom::report::detail
 {
 namespace
 {
+/// The vehicle's place; after an estimate that is not finite, the last one that was.
+Eigen::Vector3d placeOf(const CycleView& view)
+{
+  if (view.record.state.p_L.allFinite()) return view.record.state.p_L;
+  for (auto cycle = view.flown.rbegin(); cycle != view.flown.rend(); ++cycle)
+    if (cycle->p_L.allFinite()) return cycle->p_L;
+  return Eigen::Vector3d::Zero();
+}
+
 PixelPath project(const Axes& axes, const core::Polyline& line)
 {
   PixelPath path;
@@ -32,13 +41,13 @@ void drawField(Canvas& canvas, const Axes& axes, const CycleView& view)
 {
   if (!view.record.field)
   {
-    canvas.hatch(axes.area, cv::Mat(axes.area.size(), CV_8U, cv::Scalar(255)));
+    canvas.hatch(axes.area);
     const Pixel middle(axes.area.x + 0.5 * axes.area.width, axes.area.y + 0.25 * axes.area.height);
     canvas.text(middle, "no map yet", {28.0, true}, style::kInk, Align::Centre);
     return;
   }
-  const FieldSlice slice = sliceField(*view.record.field, view.record.state.p_L.z(),
-                                      {axes.x0, axes.y0}, {axes.x1, axes.y1});
+  const FieldSlice slice =
+      sliceField(*view.record.field, placeOf(view).z(), {axes.x0, axes.y0}, {axes.x1, axes.y1});
   paintSlice(canvas, axes, slice, distanceScale(view.record),
              {{view.info.wanted_clearance_m, style::kWantedContour},
               {view.info.hard_clearance_m, style::kHardContour}});
@@ -46,7 +55,7 @@ void drawField(Canvas& canvas, const Axes& axes, const CycleView& view)
 
 void drawPolyhedra(Canvas& canvas, const Axes& axes, const CycleView& view)
 {
-  const double z = view.record.state.p_L.z();
+  const double z = placeOf(view).z();
   std::vector<PixelPath> slices;
   for (const core::HalfSpaces& body : view.record.refinement.polyhedra)
   {
@@ -83,11 +92,12 @@ void drawHorizon(Canvas& canvas, const Axes& axes, const core::Polyline& horizon
   }
 }
 
-void drawGoal(Canvas& canvas, const Axes& axes, const core::CycleRecord& record)
+void drawGoal(Canvas& canvas, const Axes& axes, const CycleView& view)
 {
+  const core::CycleRecord& record = view.record;
   if (record.reference.cols() == 0) return;
   const Eigen::Vector2d goal = record.reference.rightCols<1>().head<2>();
-  const Eigen::Vector2d here = record.state.p_L.head<2>();
+  const Eigen::Vector2d here = placeOf(view).head<2>();
   const double margin = 20.0 / axes.pixelsPerUnit();
   const Eigen::Vector2d lo(axes.x0 + margin, axes.y0 + margin),
       hi(axes.x1 - margin, axes.y1 - margin);
@@ -128,7 +138,7 @@ void drawPlans(Canvas& canvas, const Axes& axes, const CycleView& view)
   drawHorizon(canvas, axes, record.horizon);
   drawVehicle(canvas, axes.toPixel(Eigen::Vector2d(record.state.p_L.head<2>())),
               view.info.vehicle_radius_m * axes.pixelsPerUnit(), record.state.yaw());
-  drawGoal(canvas, axes, record);
+  drawGoal(canvas, axes, view);
 }
 }  // namespace
 
@@ -163,7 +173,7 @@ Canvas drawCyclePicture(const CycleView& view)
   const double half = view.config.view_half_width_m;
   const int left = static_cast<int>(4.6 * font_size), top = static_cast<int>(2.4 * font_size);
   const int side = height - top - static_cast<int>(3.6 * font_size);
-  const Eigen::Vector2d here = view.record.state.p_L.head<2>();
+  const Eigen::Vector2d here = placeOf(view).head<2>();
   const Eigen::Vector2d reach = Eigen::Vector2d::Constant(half);
   const Axes axes = Axes::equalScale({left, top, side, side}, here - reach, here + reach);
 
@@ -173,8 +183,7 @@ Canvas drawCyclePicture(const CycleView& view)
   drawPlans(map, axes, view);
   drawScaleBar(canvas, axes, {left + 10.0, top + side - 10.0}, font_size);
   AxesStyle look;
-  look.title =
-      "Map at altitude z = " + fixedNumber(view.record.state.p_L.z(), 2) + " m, from above";
+  look.title = "Map at altitude z = " + fixedNumber(placeOf(view).z(), 2) + " m, from above";
   look.x_label = "east x [m]";
   look.y_label = "north y [m]";
   look.font_size = font_size;

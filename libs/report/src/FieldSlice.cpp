@@ -45,6 +45,36 @@ void drawContour(Canvas& canvas, const Axes& axes, const cv::Mat& distance, cons
     if (!path.empty()) inside.outline(path, stroke);
   }
 }
+/// One pass over the pixels: with masks and colour maps, touching fresh memory took most of the
+/// time.
+void paintCells(cv::Mat& image, cv::Point origin, const cv::Mat& distance, const cv::Mat& state,
+                double full_scale)
+{
+  const cv::Mat ramp = ColourRamp::distance().lookupTable();
+  const cv::Vec3b outside = kOutsideColour.bgrBytes(), occupied = kBlack.bgrBytes();
+  const float to_index = static_cast<float>(255.0 / full_scale);
+  for (int y = 0; y < image.rows; ++y)
+    for (int x = 0; x < image.cols; ++x)
+    {
+      cv::Vec3b& pixel = image.at<cv::Vec3b>(y, x);
+      switch (static_cast<CellState>(state.at<std::uint8_t>(y, x)))
+      {
+        case CellState::Outside:
+          pixel = outside;
+          break;
+        case CellState::Occupied:
+          pixel = occupied;
+          break;
+        case CellState::Unknown:
+          pixel = hatchAt(origin.x + x, origin.y + y).bgrBytes();
+          break;
+        case CellState::Free:
+          pixel = ramp.at<cv::Vec3b>(
+              static_cast<int>(std::clamp(to_index * distance.at<float>(y, x), 0.0f, 255.0f)));
+          break;
+      }
+    }
+}
 }  // namespace
 
 FieldSlice sliceField(const core::DistanceField& field, double z, const Eigen::Vector2d& lo,
@@ -96,15 +126,8 @@ void paintSlice(Canvas& canvas, const Axes& axes, const FieldSlice& slice, doubl
       stretch(slice.distance, slice.origin_L, slice.cell, axes, cv::INTER_LINEAR, full_scale);
   const cv::Mat state =
       stretch(slice.state, slice.origin_L, slice.cell, axes, cv::INTER_NEAREST, 0.0);
-  cv::Mat index, colours;
-  distance.convertTo(index, CV_8U, 255.0 / full_scale);
-  cv::applyColorMap(index, colours, ColourRamp::distance().lookupTable());
   Canvas inside = canvas.clipped(axes.area);
-  const auto is = [&](CellState wanted) { return cv::Mat(state == static_cast<int>(wanted)); };
-  colours.setTo(cv::Scalar(192, 192, 192), is(CellState::Outside));
-  colours.setTo(kBlack.bgr(), is(CellState::Occupied));
-  colours.copyTo(inside.pixels());
-  canvas.hatch(axes.area, is(CellState::Unknown));
+  paintCells(inside.pixels(), axes.area.tl(), distance, state, full_scale);
   for (const auto& [level, stroke] : contours)
     drawContour(canvas, axes, distance, state, level, stroke);
 }

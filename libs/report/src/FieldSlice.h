@@ -10,6 +10,8 @@
 
 namespace slalom::report::detail
 {
+inline constexpr Colour kOutsideColour{192, 192, 192};  ///< beyond the map window
+
 /// What a horizontal cut of the field says of a cell.
 enum class CellState : std::uint8_t
 {

@@ -38,7 +38,7 @@ double lengthOf(const core::Polyline& line)
 
 double clearanceOf(const core::CycleRecord& record)
 {
-  if (!record.field) return kNone;
+  if (!record.field || !record.state.p_L.allFinite()) return kNone;
   return record.field->distance(record.state.p_L, core::UnknownAs::Free).value_or(kNone);
 }
 
@@ -64,7 +64,7 @@ const CycleSummary& FlightLog::add(const core::CycleRecord& record)
   if (!cycles_.empty())
   {
     const CycleSummary& before = cycles_.back();
-    length_m_ += (now.p_L - before.p_L).norm();
+    if (const double step = (now.p_L - before.p_L).norm(); std::isfinite(step)) length_m_ += step;
     if (const double dt = now.t - before.t; dt > kShortestStepS)
       max_acceleration_mps2_ =
           std::fmax(max_acceleration_mps2_, (record.state.v_W - last_velocity_W_).norm() / dt);
@@ -157,9 +157,10 @@ void FlightLog::matchTruth()
     if (truth_path_L_.empty() || (truth_L - truth_path_L_.back()).norm() >= kTruthPathStepM)
       truth_path_L_.push_back(truth_L);
   }
-  // Without truth nothing will ever match: keep only what a late start of truth could still use.
+  // One of the two may never come: keep only what a late start could still use.
   constexpr std::size_t kMaxOpen = 20000;
   if (open_estimates_.size() > kMaxOpen) open_estimates_.pop_front();
+  if (truth_.size() > kMaxOpen) truth_.pop_front();
 }
 
 FlightMetrics FlightLog::metrics() const

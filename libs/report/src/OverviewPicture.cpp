@@ -56,8 +56,7 @@ PixelPath project(const Axes& axes, const std::vector<Eigen::Vector3d>& points)
 
 void drawMap(Canvas& canvas, const Axes& axes, const MapAccumulator& map)
 {
-  const cv::Mat everything(axes.area.size(), CV_8U, cv::Scalar(255));
-  canvas.hatch(axes.area, everything);
+  canvas.hatch(axes.area);
   if (map.empty()) return;
   const FieldSlice cells = map.cells({axes.x0, axes.y0}, {axes.x1, axes.y1});
   const cv::Mat state =
@@ -181,8 +180,7 @@ std::vector<LegendEntry> overviewLegend(const FlightView& view)
                        c.rectangle(box, kWhite);
                        c.frame(box, style::kFaint);
                      }});
-  entries.push_back({"never seen", [](Canvas& c, cv::Rect box)
-                     { c.hatch(box, cv::Mat(box.size(), CV_8U, cv::Scalar(255))); }});
+  entries.push_back({"never seen", [](Canvas& c, cv::Rect box) { c.hatch(box); }});
   return entries;
 }
 

@@ -51,6 +51,19 @@ CsvRow& CsvRow::text(std::string_view value)
   return append(csvField(value));
 }
 
+namespace
+{
+/// From the integer, so that the text rises exactly when the stamp does.
+std::string microsecondsAsSeconds(std::int64_t us)
+{
+  constexpr std::int64_t kMillion = 1000000;
+  const std::int64_t size = us < 0 ? -us : us;
+  const std::string fraction = std::to_string(size % kMillion);
+  return (us < 0 ? "-" : "") + std::to_string(size / kMillion) + "." +
+         std::string(6 - fraction.size(), '0') + fraction;
+}
+}  // namespace
+
 void TumWriter::write(const core::TimedPose& pose)
 {
   const double stamp = epoch_s_ + pose.t;
@@ -60,7 +73,7 @@ void TumWriter::write(const core::TimedPose& pose)
   if (stamp_us <= last_stamp_us_) return;
   last_stamp_us_ = stamp_us;
 
-  std::string row = fixedNumber(stamp, 6);
+  std::string row = microsecondsAsSeconds(stamp_us);
   for (const double value : {pose.position.x(), pose.position.y(), pose.position.z()})
     row += " " + fixedNumber(value, 6);
   for (const double value :

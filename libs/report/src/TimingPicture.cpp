@@ -31,7 +31,7 @@ Plot plotOf(const Part& part, const std::vector<CycleSummary>& cycles, bool last
 {
   Plot plot;
   const Distribution& d = part.distribution;
-  plot.style.title = std::string(part.title) + ", each cycle";
+  plot.style.title = part.title;
   plot.style.y_label = "wall time [ms]";
   plot.style.x_label = last_row ? "log time t [s]" : "";
   plot.style.font_size = kFontSize;
@@ -88,7 +88,8 @@ Canvas drawTiming(const FlightView& view)
               "Deadline misses: map " + std::to_string(m.map_misses) + ", global " +
                   std::to_string(m.global_misses) + ", local " + std::to_string(m.local_misses) +
                   " in " + std::to_string(view.metrics.cycles) +
-                  " cycles. The map's deadline is for map fusion and distance transform together.",
+                  " cycles. One dot per cycle; the map's deadline is for map fusion and distance "
+                  "transform together.",
               {kFontSize}, style::kFaint);
   const std::vector<CycleSummary>& cycles = view.log.cycles();
   const std::vector<double> times = seriesOf(cycles, [](const CycleSummary& c) { return c.t; });
