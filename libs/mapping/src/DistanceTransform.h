@@ -9,7 +9,7 @@
 namespace slalom::mapping::detail
 {
 /// Rows of all grids start at multiples of this many cells, so that vectors need no tails.
-inline constexpr int kLanes = 16;
+inline constexpr int kLanes = 32;
 
 /// Layout of a dense grid: x fastest, rows padded to kLanes cells.
 struct GridShape
@@ -50,6 +50,8 @@ class DistanceTransform
   GridShape shape_;
   int saturation_;
   int radius_;  ///< largest k that can improve a distance: k^2 < saturation
+  int pad_;
+  std::vector<std::int16_t> squares_;  ///< k^2, kLanes times each
   std::vector<std::int16_t> scratch_;
 };
 
