@@ -78,7 +78,7 @@ namespace avx2
 #pragma GCC pop_options
 
 #pragma GCC push_options
-#pragma GCC target("avx512bw,avx512vl")
+#pragma GCC target("avx512bw,avx512dq,avx512vl")
 namespace avx512
 {
 #define SLALOM_SIMD_BYTES 64
@@ -90,20 +90,19 @@ namespace avx512
 
 using Transform = void (*)(const Job&, const std::uint8_t*, std::int16_t*);
 
-Transform fastestTransform()
+Transform transformFor([[maybe_unused]] InstructionSet set)
 {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl"))
-    return &avx512::transform;
-  if (__builtin_cpu_supports("avx2")) return &avx2::transform;
+  if (set == InstructionSet::Avx512) return &avx512::transform;
+  if (set == InstructionSet::Avx2) return &avx2::transform;
 #endif
   return &portable::transform;
 }
 
 }  // namespace
 
-DistanceTransform::DistanceTransform(const GridShape& shape, int saturation)
-    : shape_(shape), saturation_(saturation)
+DistanceTransform::DistanceTransform(const GridShape& shape, int saturation, InstructionSet set)
+    : shape_(shape), saturation_(saturation), set_(set)
 {
   if (saturation < 1 || saturation > kMaxSaturation)
     throw std::invalid_argument("distance transform: the squared saturation of " +
@@ -121,7 +120,7 @@ DistanceTransform::DistanceTransform(const GridShape& shape, int saturation)
 void DistanceTransform::run(const std::uint8_t* occupancy, std::int16_t* optimistic,
                             std::int16_t* pessimistic)
 {
-  static const Transform transform = fastestTransform();
+  const Transform transform = transformFor(set_);
   const std::size_t groups = 2 + std::max(shape_.pitch() / kLanes, shape_.size.z());
   std::vector<Traits> traits(2 * groups);
   std::vector<int> nearest(2 * groups);

@@ -26,7 +26,7 @@ namespace avx2
 #pragma GCC pop_options
 
 #pragma GCC push_options
-#pragma GCC target("avx512dq,avx512vl")
+#pragma GCC target("avx512bw,avx512dq,avx512vl")
 namespace avx512
 {
 #define SLALOM_SIMD_BYTES 64
@@ -39,12 +39,11 @@ namespace avx512
 using Traverse = void (*)(const GridLine* const*, std::size_t, std::uint8_t, std::uint8_t*,
                           std::int64_t);
 
-Traverse fastestTraverse()
+Traverse traverseFor([[maybe_unused]] InstructionSet set)
 {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-    return &avx512::traverseAll;
-  if (__builtin_cpu_supports("avx2")) return &avx2::traverseAll;
+  if (set == InstructionSet::Avx512) return &avx512::traverseAll;
+  if (set == InstructionSet::Avx2) return &avx2::traverseAll;
 #endif
   return &portable::traverseAll;
 }
@@ -52,16 +51,15 @@ Traverse fastestTraverse()
 }  // namespace
 
 void traverse(const std::vector<GridLine>& lines, std::uint8_t bit, std::uint8_t* grid,
-              std::int64_t spare)
+              std::int64_t spare, InstructionSet set)
 {
-  static const Traverse traverse_all = fastestTraverse();
   // By length (a counting sort), so that the lines of a group end together.
   std::vector<std::uint32_t> first(kMaxSteps + 2, 0);
   for (const GridLine& line : lines) ++first[line.steps + 1];
   for (int i = 1; i <= kMaxSteps; ++i) first[i] += first[i - 1];
   std::vector<const GridLine*> sorted(lines.size());
   for (const GridLine& line : lines) sorted[first[line.steps]++] = &line;
-  traverse_all(sorted.data(), sorted.size(), bit, grid, spare);
+  traverseFor(set)(sorted.data(), sorted.size(), bit, grid, spare);
 }
 
 }  // namespace slalom::mapping::detail

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "InstructionSet.h"
+
 namespace slalom::mapping::detail
 {
 /** A line through a grid of bytes, ready to be traversed cell by cell (Amanatides and Woo, 1987).
@@ -30,6 +32,6 @@ inline constexpr int kMaxSteps = 4000;
  * border is past the end. Lines must stay inside the grid.
  *  @param spare offset of a byte that may be overwritten */
 void traverse(const std::vector<GridLine>& lines, std::uint8_t bit, std::uint8_t* grid,
-              std::int64_t spare);
+              std::int64_t spare, InstructionSet set = bestInstructionSet());
 
 }  // namespace slalom::mapping::detail
