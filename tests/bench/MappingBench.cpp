@@ -100,7 +100,7 @@ double milliseconds(std::chrono::steady_clock::time_point start)
 double quantile(std::vector<double> values, double q)
 {
   std::sort(values.begin(), values.end());
-  return values.empty() ? 0.0 : values[static_cast<std::size_t>(q * (values.size() - 1))];
+  return values.empty() ? 0.0 : values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))];
 }
 
 class Baseline

@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "InstructionSet.h"
+
 namespace slalom::mapping::detail
 {
 /// Rows of all grids start at multiples of this many cells, so that vectors need no tails.
-inline constexpr int kLanes = 16;
+inline constexpr int kLanes = 32;
 
 /// Layout of a dense grid: x fastest, rows padded to kLanes cells.
 struct GridShape
@@ -40,7 +42,8 @@ class DistanceTransform
   static constexpr int kMaxSaturation = 14000;  ///< d2 + k^2 must fit 16 bits
 
   /// @param saturation in 1..kMaxSaturation; throws std::invalid_argument otherwise
-  DistanceTransform(const GridShape& shape, int saturation);
+  DistanceTransform(const GridShape& shape, int saturation,
+                    InstructionSet set = bestInstructionSet());
 
   /** @param occupancy core::Occupancy per cell, shape.cells() bytes; padding is ignored
    *  @param optimistic,pessimistic shape.cells() results; padding is unspecified */
@@ -49,7 +52,10 @@ class DistanceTransform
  private:
   GridShape shape_;
   int saturation_;
+  InstructionSet set_;
   int radius_;  ///< largest k that can improve a distance: k^2 < saturation
+  int pad_;
+  std::vector<std::int16_t> squares_;  ///< k^2, kLanes times each
   std::vector<std::int16_t> scratch_;
 };
 

@@ -115,7 +115,7 @@ struct Mapper::Impl
         record(c.resolution_m, c.occupied_threshold),
         window(windowSize(c), detail::LogOddsModel(c), c.forget_s,
                c.keep_octree ? &record : nullptr),
-        marks(window.shape(), c.resolution_m, c.min_range_m, c.update_range_m),
+        marks(window.shape().size, c.resolution_m, c.min_range_m, c.update_range_m),
         transform(window.shape(), detail::saturationCells(c.max_distance_m, c.resolution_m)),
         pool(window.shape()),
         metres(EdtSnapshot::Grid::metresTable(c.max_distance_m, c.resolution_m))

@@ -3,139 +3,174 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace slalom::mapping::detail
 {
 namespace
 {
-// One line through the lattice. The distances at which it enters the next cell of each axis are
-// advanced by addition in double precision, from single precision points: OctoMap's arithmetic.
-class Line
+constexpr std::size_t kBatch = 512;  // lines that are sorted and traversed together: fits L1/L2
+
+// std::floor is a call without SSE 4.1.
+int floorToInt(double value)
 {
- public:
-  Line(const Eigen::Vector3f& origin, const Eigen::Vector3f& end, const Eigen::Vector3i& cell,
-       double resolution)
-  {
-    Eigen::Vector3f direction = end - origin;
-    const double squared = direction.x() * direction.x() + direction.y() * direction.y() +
-                           direction.z() * direction.z();
-    const float length_f = static_cast<float>(std::sqrt(squared));
-    length = length_f;
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      const float along = direction[axis] / length_f;
-      step[axis] = (along > 0.0f) - (along < 0.0f);
-      if (step[axis] == 0) continue;
-      const double border = (cell[axis] + 0.5) * resolution +
-                            static_cast<double>(static_cast<float>(step[axis] * resolution * 0.5));
-      next[axis] = (border - static_cast<double>(origin[axis])) / static_cast<double>(along);
-      gap[axis] = resolution / std::fabs(static_cast<double>(along));
-    }
-  }
+  const int whole = static_cast<int>(value);
+  return whole - (value < whole);
+}
 
-  [[nodiscard]] int nearestAxis() const
-  {
-    return next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
-  }
+// In single precision, as OctoMap measures.
+double lengthOf(const Eigen::Vector3f& v)
+{
+  const float squared = v.x() * v.x() + v.y() * v.y() + v.z() * v.z();
+  return std::sqrt(static_cast<double>(squared));
+}
 
-  static constexpr double kNever = std::numeric_limits<double>::max();
-  int step[3] = {0, 0, 0};
-  double next[3] = {kNever, kNever, kNever};  // [m] along the line
-  double gap[3] = {kNever, kNever, kNever};
-  double length = 0.0;
-};
+// The line from a point in `cell` to the centre of another cell. Borders are summed in double
+// precision from single precision points: OctoMap's arithmetic, to the last bit.
+GridLine lineBetween(const Eigen::Vector3f& origin, const Eigen::Vector3f& end,
+                     const Eigen::Vector3i& cell, double resolution)
+{
+  constexpr double kNever = std::numeric_limits<double>::max();
+  const Eigen::Vector3f offset = end - origin;
+  const float length = static_cast<float>(lengthOf(offset));
+  GridLine line;
+  line.length = static_cast<double>(length);
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const float along = offset[axis] / length;
+    const int step = (along > 0.0f) - (along < 0.0f);
+    line.stride[axis] = step;
+    line.next[axis] = line.gap[axis] = kNever;
+    if (step == 0) continue;
+    const double border = (cell[axis] + 0.5) * resolution +
+                          static_cast<double>(static_cast<float>(step * resolution * 0.5));
+    line.next[axis] = (border - static_cast<double>(origin[axis])) / static_cast<double>(along);
+    line.gap[axis] = resolution / std::fabs(static_cast<double>(along));
+  }
+  return line;
+}
 
 }  // namespace
 
-RayMarks::RayMarks(const GridShape& shape, double resolution, double min_range, double max_range)
-    : shape_(shape),
+RayMarks::RayMarks(const Eigen::Vector3i& window, double resolution, double min_range,
+                   double max_range)
+    : shape_{window + Eigen::Vector3i::Constant(2 * kMargin)},
       resolution_(resolution),
       cells_per_metre_(1.0 / resolution),
       min_range_(min_range),
       max_range_(max_range),
-      marks_(shape.cells(), 0)
+      marks_(shape_.cells() + 1, 0)
 {
+  lines_.reserve(kBatch);
+}
+
+Eigen::Vector3i RayMarks::cellOf(const Eigen::Vector3f& p_L) const
+{
+  return {floorToInt(cells_per_metre_ * static_cast<double>(p_L.x())) - first_cell_.x(),
+          floorToInt(cells_per_metre_ * static_cast<double>(p_L.y())) - first_cell_.y(),
+          floorToInt(cells_per_metre_ * static_cast<double>(p_L.z())) - first_cell_.z()};
+}
+
+Eigen::Vector3f RayMarks::centreOf(const Eigen::Vector3i& cell) const
+{
+  return (((cell + first_cell_).cast<double>().array() + 0.5) * resolution_).cast<float>();
 }
 
 RayMarks::Count RayMarks::cast(const Eigen::Vector3i& first_cell, std::span<const core::Ray> rays)
 {
   first_cell_ = first_cell;
   const float reach = static_cast<float>(1e9 * resolution_);  // cells that fit an int
+  const double min_squared = min_range_ * min_range_;
   Count count;
   for (const core::Ray& ray : rays)
   {
-    const float largest = std::max(ray.origin_L.cwiseAbs().maxCoeff<Eigen::PropagateNaN>(),
-                                   ray.end_L.cwiseAbs().maxCoeff<Eigen::PropagateNaN>());
-    const double range = (ray.end_L - ray.origin_L).cast<double>().norm();
-    if (!(largest < reach && range >= min_range_ && range > 0.0)) continue;
+    // Written so that a comparison with NaN fails.
+    const Eigen::Vector3f& o = ray.origin_L;
+    const Eigen::Vector3f& e = ray.end_L;
+    const bool valid = std::fabs(o.x()) < reach && std::fabs(o.y()) < reach &&
+                       std::fabs(o.z()) < reach && std::fabs(e.x()) < reach &&
+                       std::fabs(e.y()) < reach && std::fabs(e.z()) < reach;
+    if (!valid) continue;
+    const double squared = (e - o).cast<double>().squaredNorm();
+    if (squared < min_squared || squared == 0.0) continue;
 
-    const auto centre = [this](const Eigen::Vector3i& cell) -> Eigen::Vector3f
-    { return ((cell.cast<double>().array() + 0.5) * resolution_).cast<float>(); };
-    Eigen::Vector3i end = cellOf(ray.end_L);
-    Eigen::Vector3f target = centre(end);
-    const Eigen::Vector3f offset = target - ray.origin_L;
-    const double to_centre = std::sqrt(static_cast<double>(
-        offset.x() * offset.x() + offset.y() * offset.y() + offset.z() * offset.z()));
-    const bool hit = to_centre <= max_range_;
+    Eigen::Vector3i end = cellOf(e);
+    std::uint8_t* mark = inside(end, 0) ? marks_.data() + offset(end) : nullptr;
+    // Most returns share a voxel with an earlier one.
+    const bool known = mark != nullptr && (*mark & kHit) != 0;
+    const bool hit = known || lengthOf(centreOf(end) - o) <= max_range_;
+    ++(hit ? count.fused : count.beyond_range);
+    if (known) continue;
     if (!hit)
     {
-      const float scale = static_cast<float>(std::min(1.0, max_range_ / range));
-      end = cellOf(ray.origin_L + scale * (ray.end_L - ray.origin_L));
-      target = centre(end);
+      const float scale = static_cast<float>(std::min(1.0, max_range_ / std::sqrt(squared)));
+      end = cellOf(o + scale * (e - o));
+      mark = inside(end, 0) ? marks_.data() + offset(end) : nullptr;
     }
-    ++(hit ? count.fused : count.beyond_range);
-
-    end -= first_cell_;
-    if (inside(end))
+    if (mark != nullptr)
     {
-      std::uint8_t& mark = row(end.y(), end.z())[end.x()];
-      const bool known = (mark & kCast) != 0;
-      mark |= hit ? kCast | kHit : kCast;
-      if (known) continue;
+      const bool cast_before = (*mark & kCast) != 0;
+      *mark |= hit ? kCast | kHit : kCast;
+      if (cast_before) continue;
     }
-    traverse(ray.origin_L, target, cellOf(ray.origin_L) - first_cell_, end);
+    castLine(o, end);
   }
+  traverse(lines_, kPassed, marks_.data(), static_cast<std::int64_t>(shape_.cells()));
+  lines_.clear();
   return count;
 }
 
-void RayMarks::traverse(const Eigen::Vector3f& origin_L, const Eigen::Vector3f& end_L,
-                        const Eigen::Vector3i& from, const Eigen::Vector3i& to)
+void RayMarks::castLine(const Eigen::Vector3f& origin_L, const Eigen::Vector3i& end)
 {
-  if (from == to) return;
-  Line line(origin_L, end_L, from + first_cell_, resolution_);
-  const Eigen::Array3i low = from.array().min(to.array()), high = from.array().max(to.array());
+  const Eigen::Vector3i from = cellOf(origin_L);
+  if (from == end) return;
+  GridLine line = lineBetween(origin_L, centreOf(end), from + first_cell_, resolution_);
+  line.steps = (end - from).cwiseAbs().sum();
   // Rounding may carry a line one cell past its box before its length stops it.
-  const bool safe = (low >= 1).all() && (high < shape_.size.array() - 1).all();
-  if (safe)
+  if (!inside(from, 1) || !inside(end, 1) || line.steps > kMaxSteps) return walk(line, from, end);
+  ++line.steps;
+  line.stride[1] *= shape_.pitch();
+  line.stride[2] *= static_cast<std::int64_t>(shape_.row(0, 1));
+  line.from = offset(from);
+  line.to = offset(end);
+  lines_.push_back(line);
+  if (lines_.size() < kBatch) return;
+  traverse(lines_, kPassed, marks_.data(), static_cast<std::int64_t>(shape_.cells()));
+  lines_.clear();
+}
+
+// The same for lines that leave the grid.
+void RayMarks::walk(GridLine& line, Eigen::Vector3i cell, const Eigen::Vector3i& end)
+{
+  for (;;)
   {
-    const std::ptrdiff_t stride[3] = {line.step[0],
-                                      line.step[1] * static_cast<std::ptrdiff_t>(shape_.pitch()),
-                                      line.step[2] * static_cast<std::ptrdiff_t>(shape_.row(0, 1))};
-    std::uint8_t* mark = row(from.y(), from.z()) + from.x();
-    const std::uint8_t* const last = row(to.y(), to.z()) + to.x();
-    *mark |= kPassed;
-    int axis = line.nearestAxis();
-    for (;;)
-    {
-      mark += stride[axis];
-      line.next[axis] += line.gap[axis];
-      if (mark == last) return;
-      axis = line.nearestAxis();
-      if (line.next[axis] > line.length) return;
-      *mark |= kPassed;
-    }
-  }
-  Eigen::Vector3i cell = from;
-  if (inside(cell)) row(cell.y(), cell.z())[cell.x()] |= kPassed;
-  for (int axis = line.nearestAxis();;)
-  {
-    cell[axis] += line.step[axis];
+    if (inside(cell, 0)) marks_[offset(cell)] |= kPassed;
+    const double* next = line.next;
+    const int axis = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
+    cell[axis] += static_cast<int>(line.stride[axis]);
     line.next[axis] += line.gap[axis];
-    if (cell == to) return;
-    axis = line.nearestAxis();
-    if (line.next[axis] > line.length) return;
-    if (inside(cell)) row(cell.y(), cell.z())[cell.x()] |= kPassed;
+    if (cell == end || std::min({next[0], next[1], next[2]}) > line.length) return;
+  }
+}
+
+void RayMarks::clearMargin()
+{
+  const int ny = shape_.size.y() - 2 * kMargin, nz = shape_.size.z() - 2 * kMargin;
+  const std::size_t slab = shape_.row(0, 1), pitch = shape_.pitch();
+  const std::size_t row_end = shape_.size.x() - kMargin;
+  std::memset(marks_.data(), 0, kMargin * slab);
+  std::memset(marks_.data() + (kMargin + nz) * slab, 0, kMargin * slab);
+  for (int z = kMargin; z < kMargin + nz; ++z)
+  {
+    std::memset(marks_.data() + shape_.row(0, z), 0, kMargin * pitch);
+    std::memset(marks_.data() + shape_.row(kMargin + ny, z), 0, kMargin * pitch);
+    for (int y = kMargin; y < kMargin + ny; ++y)
+    {
+      std::uint8_t* row = marks_.data() + shape_.row(y, z);
+      std::memset(row, 0, kMargin);
+      std::memset(row + row_end, 0, kMargin);
+    }
   }
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "DistanceTransform.h"
+#include "LineTraversal.h"
 #include "slalom/core/PointCloud.h"
 
 namespace slalom::mapping::detail
@@ -15,9 +16,9 @@ namespace slalom::mapping::detail
  *
  *  Semantics of octomap::OcTree::insertPointCloud(discretize = true): returns are merged per end
  * voxel, each such voxel is hit once, and a line from the sensor to its centre is traversed cell by
- * cell (Amanatides and Woo, 1987, with OctoMap's rounding, so that the same cells result). A ray
- * longer than the range is replaced by one to the voxel that holds the point at that range, which
- * is merged alike and makes no hit. */
+ * cell with OctoMap's rounding, so that the same cells result. A ray longer than the range is
+ * replaced by one to the voxel that holds the point at that range, which is merged alike and makes
+ * no hit. */
 class RayMarks
 {
  public:
@@ -34,33 +35,47 @@ class RayMarks
     int fused = 0, beyond_range = 0;
   };
 
-  RayMarks(const GridShape& shape, double resolution, double min_range, double max_range);
+  /// @param window cells per axis
+  RayMarks(const Eigen::Vector3i& window, double resolution, double min_range, double max_range);
 
   /// @param first_cell coordinates of cell (0,0,0) of the window in the lattice of all cells
   Count cast(const Eigen::Vector3i& first_cell, std::span<const core::Ray> rays);
 
-  [[nodiscard]] std::uint8_t* row(int y, int z) { return marks_.data() + shape_.row(y, z); }
-  [[nodiscard]] const GridShape& shape() const { return shape_; }
+  /// Marks of a row of the window.
+  [[nodiscard]] std::uint8_t* row(int y, int z) { return marks_.data() + offset({0, y, z}); }
+
+  /// Clears what lies outside the window; the rows are cleared by whoever reads them.
+  void clearMargin();
+
   [[nodiscard]] std::size_t bytes() const { return marks_.size(); }
 
-  /// Cell that holds a point, in the lattice with a corner at the origin.
-  [[nodiscard]] Eigen::Vector3i cellOf(const Eigen::Vector3f& p_L) const
-  {
-    return (p_L.cast<double>() * cells_per_metre_).array().floor().cast<int>();
-  }
-
  private:
-  [[nodiscard]] bool inside(const Eigen::Vector3i& cell) const
+  // The grid is larger than the window, which may be off the vehicle's centre by a brick: rays that
+  // end at the range end inside the grid.
+  static constexpr int kMargin = 8;
+
+  [[nodiscard]] std::int64_t offset(const Eigen::Vector3i& cell) const
   {
-    return (cell.array() >= 0).all() && (cell.array() < shape_.size.array()).all();
+    return static_cast<std::int64_t>(shape_.row(cell.y() + kMargin, cell.z() + kMargin)) +
+           cell.x() + kMargin;
   }
-  void traverse(const Eigen::Vector3f& origin_L, const Eigen::Vector3f& end_L,
-                const Eigen::Vector3i& from, const Eigen::Vector3i& to);
+  // Whether a cell is in the grid and at least `border` cells from its faces.
+  [[nodiscard]] bool inside(const Eigen::Vector3i& cell, int border) const
+  {
+    const auto in = [&](int i, int n) { return i >= border - kMargin && i < n - kMargin - border; };
+    return in(cell.x(), shape_.size.x()) && in(cell.y(), shape_.size.y()) &&
+           in(cell.z(), shape_.size.z());
+  }
+  [[nodiscard]] Eigen::Vector3i cellOf(const Eigen::Vector3f& p_L) const;
+  [[nodiscard]] Eigen::Vector3f centreOf(const Eigen::Vector3i& cell) const;
+  void castLine(const Eigen::Vector3f& origin_L, const Eigen::Vector3i& end);
+  void walk(GridLine& line, Eigen::Vector3i cell, const Eigen::Vector3i& end);
 
   GridShape shape_;
   double resolution_, cells_per_metre_, min_range_, max_range_;
   Eigen::Vector3i first_cell_ = Eigen::Vector3i::Zero();
-  std::vector<std::uint8_t> marks_;
+  std::vector<std::uint8_t> marks_;  // and one spare byte
+  std::vector<GridLine> lines_;      // waiting to be traversed
 };
 
 }  // namespace slalom::mapping::detail

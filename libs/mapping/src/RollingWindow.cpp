@@ -15,6 +15,7 @@ constexpr std::uint8_t kUnknown = static_cast<std::uint8_t>(core::Occupancy::Unk
 constexpr std::uint8_t kFree = static_cast<std::uint8_t>(core::Occupancy::Free);
 constexpr std::uint8_t kOccupied = static_cast<std::uint8_t>(core::Occupancy::Occupied);
 constexpr int kEdge = Brick::kEdge;
+constexpr std::uint32_t kSeenByAny = 0x01010101u * RayMarks::kSeen;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 }  // namespace
@@ -201,10 +202,7 @@ std::uint8_t RollingWindow::classOf(float log_odds) const
 
 int RollingWindow::fuse(RayMarks& marks, double t)
 {
-  // By mark: nothing, passed, hit, both (a hit wins); the bit kCast alone says nothing of a cell.
-  float change[8] = {0.0f, model_.miss, model_.hit, model_.hit};
-  std::copy_n(change, 4, change + 4);
-  const float lowest = model_.clamp_min, highest = model_.clamp_max;
+  marks.clearMargin();
   int changes = 0;
   for (int z = 0; z < shape_.size.z(); ++z)
     for (int y = 0; y < shape_.size.y(); ++y)
@@ -220,27 +218,56 @@ int RollingWindow::fuse(RayMarks& marks, double t)
                 std::memcpy(&four, mark + x, sizeof(four));
                 if (four == 0) continue;
                 std::memset(mark + x, 0, sizeof(four));
-                for (int i = 0; i < kEdge; ++i)
-                {
-                  const std::uint8_t seen = static_cast<std::uint8_t>(four >> 8 * i);
-                  if ((seen & RayMarks::kSeen) == 0) continue;
-                  const std::size_t cell = span.cell + x + i;
-                  const float value =
-                      std::min(std::max(log_odds_[cell] + change[seen], lowest), highest);
-                  const std::uint8_t now = classOf(value);
-                  const bool other_class = class_[cell] != now;
-                  changes += other_class;
-                  changed_[span.brick + x / kEdge] |= other_class || log_odds_[cell] != value;
-                  log_odds_[cell] = value;
-                  class_[cell] = now;
-                  if (!seen_.empty()) seen_[cell] = t;
-                  touched = true;
-                }
+                if ((four & kSeenByAny) == 0) continue;
+                const auto [other_class, other_value] = fuseFour(four, span.cell + x);
+                changes += other_class;
+                changed_[span.brick + x / kEdge] |= other_value;
+                touched = true;
+                for (int i = 0; i < kEdge && !seen_.empty(); ++i)
+                  if ((four >> 8 * i & RayMarks::kSeen) != 0) seen_[span.cell + x + i] = t;
               }
             });
       if (touched && !oldest_.empty()) oldest_[rowAt(y, z)] = std::min(oldest_[rowAt(y, z)], t);
     }
   return changes;
+}
+
+// Updates four cells that lie side by side, without branches: whether a cell was seen, hit or has
+// changed is as good as random. Returns how many classes changed and whether any value did.
+std::pair<int, bool> RollingWindow::fuseFour(std::uint32_t marks, std::size_t cell)
+{
+  typedef float Reals __attribute__((vector_size(16)));
+  typedef std::int32_t Ints __attribute__((vector_size(16)));
+  const auto all = [](float value) { return Reals{value, value, value, value}; };
+  std::uint8_t* classes = class_.data() + cell;
+  const Ints mark = {
+      static_cast<std::int32_t>(marks & 255), static_cast<std::int32_t>(marks >> 8 & 255),
+      static_cast<std::int32_t>(marks >> 16 & 255), static_cast<std::int32_t>(marks >> 24)};
+  const Ints old_class = {classes[0], classes[1], classes[2], classes[3]};
+  Reals old_value;
+  std::memcpy(&old_value, log_odds_.data() + cell, sizeof(old_value));
+
+  // A hit wins over any number of passes.
+  Reals value =
+      old_value + ((mark & int{RayMarks::kHit}) != 0 ? all(model_.hit) : all(model_.miss));
+  value = value < all(model_.clamp_min) ? all(model_.clamp_min) : value;
+  value = value > all(model_.clamp_max) ? all(model_.clamp_max) : value;
+  const Ints seen = (mark & int{RayMarks::kSeen}) != 0;
+  const Ints occupied = value >= all(model_.occupied);
+  value = seen ? value : old_value;
+  const Ints of_value = (occupied & int{kOccupied}) | (~occupied & int{kFree});
+  const Ints now = seen ? of_value : old_class;
+  std::memcpy(log_odds_.data() + cell, &value, sizeof(value));
+  int other_class = 0;
+  bool other_value = false;
+  const Ints differs = value != old_value;
+  for (int i = 0; i < kEdge; ++i)
+  {
+    classes[i] = static_cast<std::uint8_t>(now[i]);
+    other_class += now[i] != old_class[i];
+    other_value |= differs[i] != 0;
+  }
+  return {other_class, other_value || other_class > 0};
 }
 
 int RollingWindow::clearBall(const Eigen::Vector3d& centre_cells, double radius_cells, double t)

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "Brick.h"
@@ -66,6 +67,7 @@ class RollingWindow
   void bricksOutside(const Eigen::Vector3i& first, const Eigen::Vector3i& other,
                      Visit&& visit) const;
 
+  std::pair<int, bool> fuseFour(std::uint32_t marks, std::size_t cell);
   [[nodiscard]] Brick gather(const Eigen::Vector3i& brick) const;
   void store(const Eigen::Vector3i& brick);
   void evict(const Eigen::Vector3i& brick, double t);
