@@ -292,6 +292,8 @@ void applyCourse(FilterState& s, const FilterConfig& config)
   const double sigma = std::hypot(kCrab, sigma_v / speed);
   const Innovation in = yawInnovation(s, std::atan2(s.v.y(), s.v.x()), sigma);
   if (in.residual.size() == 1) correct(s, in, 1e3 * config.gate);
+  // A vehicle that flies sideways does so for long: many courses know no more than one.
+  atLeast(s.P, kR + 2, kCrab);
 }
 
 }  // namespace slalom::estimation::detail

@@ -186,6 +186,8 @@ TEST(RealFlights, MissionWithSlowImu)
   EXPECT_GT(estimator.counters().dropped.at("imu_too_slow"), 250u);
   EXPECT_GT(error.n, 200);
   EXPECT_LT(error.rms(), 1.5);
+  // It does not fly nose first; the variance must say that the course is a guess.
+  EXPECT_GT(std::sqrt(estimator.state()->covariance(8, 8)), 0.4);
 }
 
 }  // namespace slalom::test
