@@ -19,10 +19,10 @@ constexpr double kImuPatience = 1.0;    // [s] how long a position waits for an 
 constexpr double kMemory = 2.0;         // [s]
 constexpr double kTiltWindow = 0.5;     // [s] to each side
 
-constexpr double kTiltAtRest = 0.1;     // [rad]
-constexpr double kTiltInFlight = 0.2;   // [rad]
-constexpr double kQuietForce = 0.6;     // [m/s^2] rms about the mean
-constexpr double kQuietRate = 0.05;     // [rad/s]
+constexpr double kTiltAtRest = 0.1;      // [rad]
+constexpr double kTiltInFlight = 0.2;    // [rad]
+constexpr double kQuietForce = 0.6;      // [m/s^2] rms about the mean
+constexpr double kQuietRate = 0.05;      // [rad/s]
 constexpr double kVelocityPrior = 10.0;  // [m/s] an airborne start may be fast
 
 bool isPosition(const Aid& aid)

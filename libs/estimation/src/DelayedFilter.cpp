@@ -23,6 +23,15 @@ auto key(const Node& node)
                          aid ? aid->slot : -1);
 }
 
+Vector15 difference(const FilterState& there, const FilterState& here)
+{
+  const Eigen::AngleAxisd turn((there.q * here.q.conjugate()).normalized());
+  Vector15 dx;
+  dx << there.p - here.p, there.v - here.v, turn.angle() * turn.axis(), there.bg - here.bg,
+      there.ba - here.ba;
+  return dx;
+}
+
 bool courseIsHeading(const FilterState& s)
 {
   const double known = std::max({s.last_imu, s.last_heading, s.last_body_velocity});
@@ -37,7 +46,6 @@ DelayedFilter::DelayedFilter(const FilterConfig& config, const FilterState& star
   Node anchor;
   anchor.t = start.t;
   anchor.state = start;
-  anchor.state.evidence_t = start.t;
   anchor.has_p_L = true;
   nodes_.push_back(anchor);
   if (before) last_imu_ = before->sample.t;
@@ -63,9 +71,8 @@ void DelayedFilter::add(const Aid& aid)
 void DelayedFilter::insert(Node node)
 {
   const bool is_imu = std::holds_alternative<RatedImu>(node.event);
-  const auto place =
-      std::upper_bound(nodes_.begin() + 1, nodes_.end(), node,
-                       [](const Node& a, const Node& b) { return key(a) < key(b); });
+  const auto place = std::upper_bound(nodes_.begin() + 1, nodes_.end(), node,
+                                      [](const Node& a, const Node& b) { return key(a) < key(b); });
   auto index = static_cast<std::size_t>(place - nodes_.begin());
   nodes_.insert(place, std::move(node));
   if (index < processed_)
@@ -87,6 +94,7 @@ void DelayedFilter::advance()
   if (nodes_.back().t - last_imu_ <= imuGap(config_))
     while (end > processed_ && !std::holds_alternative<RatedImu>(nodes_[end - 1].event)) --end;
   while (processed_ < end) step(processed_++);
+  tell();
   prune();
 }
 
@@ -129,8 +137,7 @@ void DelayedFilter::correct(Node& node)
 {
   const Aid& aid = std::get<Aid>(node.event);
   const Outcome outcome = applyAid(node.state, aid, config_, gate_);
-  if (outcome == Outcome::Accepted && courseIsHeading(node.state))
-    applyCourse(node.state, config_);
+  if (outcome == Outcome::Accepted && courseIsHeading(node.state)) applyCourse(node.state, config_);
   count(node.outcome, -1);
   node.outcome = outcome;
   count(node.outcome, +1);
@@ -148,6 +155,7 @@ void DelayedFilter::placeLocally(std::size_t index)
   if (node.has_p_L) return;
   const Node& previous = nodes_[index - 1];
   const double dt = node.t - previous.t;
+  node.v_L = node.state.v;
   // A late event lies on the path that has already been told.
   if (index + 1 < processed_ && nodes_[index + 1].has_p_L)
   {
@@ -157,9 +165,14 @@ void DelayedFilter::placeLocally(std::size_t index)
   }
   else
   {
-    node.p_L = previous.p_L + 0.5 * dt * (previous.state.v + node.state.v);
+    node.p_L = previous.p_L + 0.5 * dt * (previous.v_L + node.v_L);
   }
   node.has_p_L = true;
+}
+
+void DelayedFilter::tell()
+{
+  nodes_[processed_ - 1].v_L = newest().v;
 }
 
 void DelayedFilter::prune()
@@ -194,8 +207,7 @@ core::VehicleState DelayedFilter::newestVehicle() const
 std::optional<core::VehicleState> DelayedFilter::at(double t) const
 {
   const Node& last = nodes_[processed_ - 1];
-  if (!(t >= nodes_.front().t) || !(t <= last.t + config_.max_extrapolation_s))
-    return std::nullopt;
+  if (!(t >= nodes_.front().t) || !(t <= last.t + config_.max_extrapolation_s)) return std::nullopt;
   if (t >= last.t)
   {
     FilterState ahead = last.state;
@@ -232,10 +244,11 @@ void DelayedFilter::startLocalFrame()
     Node& node = nodes_[i];
     node.has_p_L = true;
     node.p_L.setZero();
+    node.v_L = node.state.v;
     if (i + 1 == processed_) continue;
     // The past is told backwards along the velocity: position corrections leave no trace in L.
     const Node& next = nodes_[i + 1];
-    node.p_L = next.p_L - 0.5 * (next.t - node.t) * (node.state.v + next.state.v);
+    node.p_L = next.p_L - 0.5 * (next.t - node.t) * (node.v_L + next.v_L);
   }
 }
 
@@ -244,17 +257,36 @@ void DelayedFilter::adoptLocalFrame(const DelayedFilter& other)
   for (std::size_t i = 0; i < nodes_.size() && i < other.nodes_.size(); ++i)
   {
     nodes_[i].p_L = other.nodes_[i].p_L;
+    nodes_[i].v_L = other.nodes_[i].v_L;
     nodes_[i].has_p_L = other.nodes_[i].has_p_L;
   }
+  tell();
 }
 
-void DelayedFilter::doubtHeading(double sigma)
+void DelayedFilter::blend(const std::vector<const DelayedFilter*>& others,
+                          const std::vector<double>& weights)
 {
-  for (Node& node : nodes_)
+  for (std::size_t i = 0; i < processed_; ++i)
   {
-    double& variance = node.state.P(kR + 2, kR + 2);
-    variance = std::max(variance, sigma * sigma);
+    const FilterState here = nodes_[i].state;
+    Vector15 mean = Vector15::Zero();
+    Matrix15 second = Matrix15::Zero();
+    for (std::size_t j = 0; j < others.size(); ++j)
+    {
+      const FilterState& there = others[j]->nodes_[i].state;
+      const Vector15 dx = difference(there, here);
+      mean += weights[j] * dx;
+      second += weights[j] * (there.P + dx * dx.transpose());
+    }
+    FilterState& s = nodes_[i].state;
+    s.P = second - mean * mean.transpose();
+    s.p += mean.segment<3>(kP);
+    s.v += mean.segment<3>(kV);
+    s.q = (core::expSO3(mean.segment<3>(kR)) * s.q).normalized();
+    s.bg += mean.segment<3>(kBg);
+    s.ba += mean.segment<3>(kBa);
   }
+  tell();
 }
 
 }  // namespace slalom::estimation::detail

@@ -5,6 +5,7 @@
 #include <deque>
 #include <optional>
 #include <variant>
+#include <vector>
 
 #include "FilterState.h"
 #include "Prediction.h"
@@ -46,8 +47,10 @@ class DelayedFilter
   void startLocalFrame();
   /// Continues the local path of another filter that has seen the same events.
   void adoptLocalFrame(const DelayedFilter& other);
-  /// At least this much uncertainty of the heading [rad], in all of the kept line.
-  void doubtHeading(double sigma);
+  /** Becomes the normal distribution with the mean and covariance of a weighted sum of filters that
+   * have seen the same events (itself included), at every event of the kept line.
+   *  @param weights  sum 1 */
+  void blend(const std::vector<const DelayedFilter*>& others, const std::vector<double>& weights);
 
   /// An IMU silent for longer is not bridged by integration [s].
   [[nodiscard]] static double imuGap(const FilterConfig& config)
@@ -61,6 +64,7 @@ class DelayedFilter
     std::variant<std::monostate, RatedImu, Aid> event;
     FilterState state;
     Eigen::Vector3d p_L = Eigen::Vector3d::Zero();
+    Eigen::Vector3d v_L = Eigen::Vector3d::Zero();  ///< last published velocity of this instant
     bool has_p_L = false;
     std::optional<Outcome> outcome;
     double t = 0.0;
@@ -73,6 +77,8 @@ class DelayedFilter
   void correct(Node& node);
   void placeLocally(std::size_t index);
   void count(const std::optional<Outcome>& outcome, std::int64_t change);
+  /// The velocity that is about to be published is the one from which the local path goes on.
+  void tell();
   void prune();
   [[nodiscard]] const RatedImu* imuUpTo(std::size_t index) const;
   [[nodiscard]] const RatedImu* imuFrom(std::size_t index) const;

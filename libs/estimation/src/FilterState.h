@@ -37,13 +37,14 @@ struct FilterState
   Eigen::Vector3d bg = Eigen::Vector3d::Zero();
   Eigen::Vector3d ba = Eigen::Vector3d::Zero();
   Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< last angular rate, bias removed
+  Eigen::Vector3d a_W = Eigen::Vector3d::Zero();  ///< acceleration, lightly smoothed
+  double manoeuvre2 = 0.0;  ///< [m^2/s^4] fading mean square of its horizontal part
   Matrix15 P = Matrix15::Identity();
 
   std::array<std::uint16_t, kSlots> rejects{};  ///< consecutive, per source
   std::uint32_t resets = 0;
-  double log_likelihood = 0.0;     ///< of the accepted and rejected innovations, fading
-  double evidence_t = 0.0;
-  double last_position = kNever;   ///< times of the last accepted measurement of a kind
+  double log_likelihood = 0.0;    ///< of all innovations, accepted or not
+  double last_position = kNever;  ///< times of the last accepted measurement of a kind
   double last_velocity = kNever;
   double last_body_velocity = kNever;
   double last_heading = kNever;

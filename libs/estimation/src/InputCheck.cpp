@@ -33,8 +33,8 @@ const char* defectOfSigma(const Vector3d& sigma)
 Vector3d usableSigma(const Vector3d& sigma)
 {
   constexpr double kNotMeasured = std::numeric_limits<double>::infinity();
-  return sigma.unaryExpr(
-      [](double s) { return s > kUselessSigma ? kNotMeasured : std::max(s, kSigmaFloor); });
+  return sigma.unaryExpr([](double s)
+                         { return s > kUselessSigma ? kNotMeasured : std::max(s, kSigmaFloor); });
 }
 }  // namespace
 
@@ -67,8 +67,7 @@ const char* defect(const core::YawFix& fix)
 
 const char* defect(const core::PoseFix& fix)
 {
-  if (const char* position = defect(fix.t, fix.T_WB.translation(), kPositionLimit))
-    return position;
+  if (const char* position = defect(fix.t, fix.T_WB.translation(), kPositionLimit)) return position;
   const Eigen::Matrix3d R = fix.T_WB.linear();
   if (!R.allFinite()) return "non_finite";
   if (!R.isUnitary(1e-3) || R.determinant() < 0.0) return "out_of_range";

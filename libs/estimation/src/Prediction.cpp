@@ -15,17 +15,22 @@ using Eigen::Vector3d;
 using Columns = Eigen::Matrix<double, 15, 3>;
 
 // Beyond these a MEMS sensor clips or its mount rings: the integrated signal is not to be trusted.
-constexpr double kShockForce = 80.0;  // [m/s^2]
-constexpr double kShockRate = 30.0;   // [rad/s]
+constexpr double kShockForce = 80.0;      // [m/s^2]
+constexpr double kShockRate = 30.0;       // [rad/s]
 constexpr double kVibrationMemory = 0.5;  // [s]
 // Measured noise counts only when it is far above the configured one, so that a well configured
 // sensor keeps exactly its configured density.
 constexpr double kVibrationRatio2 = 4.0;
+// Turns make differences too, and a gyroscope's own filter leaves less alias than an
+// accelerometer's (recorded flights fit best with about this share).
+constexpr double kGyroVibrationShare = 0.1;
 
-constexpr double kLevelTime = 0.5;    // [s] relaxation of an unobserved tilt
-constexpr double kTiltLimit = 0.25;   // [rad] what a multi-rotor's unobserved tilt may be
-constexpr double kYawLimit = 1.8;     // [rad] uniform heading: pi / sqrt(3)
-constexpr double kPoseMemory = 1.0;   // [s]
+constexpr double kSmoothing = 0.3;        // [s] of the acceleration
+constexpr double kManoeuvreMemory = 2.0;  // [s] of its power
+constexpr double kLevelTime = 0.5;        // [s] relaxation of an unobserved tilt
+constexpr double kTiltLimit = 0.25;       // [rad] what a multi-rotor's unobserved tilt may be
+constexpr double kYawLimit = 1.8;         // [rad] uniform heading: pi / sqrt(3)
+constexpr double kPoseMemory = 1.0;       // [s]
 
 double density2(double configured, double measured2)
 {
@@ -69,7 +74,10 @@ void addVelocityNoise(Matrix15& P, double power, double dt)
   }
 }
 
-void symmetrise(Matrix15& P) { P = 0.5 * (P + P.transpose()).eval(); }
+void symmetrise(Matrix15& P)
+{
+  P = 0.5 * (P + P.transpose()).eval();
+}
 
 // Scales row and column i so that the variance stays below limit^2; a congruence, so P stays
 // positive.
@@ -95,7 +103,7 @@ RatedImu ImuRater::rate(const core::ImuSample& sample)
   {
     const double fade = 1.0 - std::exp(-dt / kVibrationMemory);
     const double accel2 = (sample.f_B - last_.f_B).squaredNorm() / 6.0 * dt;
-    const double gyro2 = (sample.w_B - last_.w_B).squaredNorm() / 6.0 * dt;
+    const double gyro2 = kGyroVibrationShare * (sample.w_B - last_.w_B).squaredNorm() / 6.0 * dt;
     accel_power_ += fade * (accel2 - accel_power_);
     gyro_power_ += fade * (gyro2 - gyro_power_);
   }
@@ -108,6 +116,13 @@ RatedImu ImuRater::rate(const core::ImuSample& sample)
   if (sample.f_B.norm() > kShockForce) rated.accel_density2 += sample.f_B.squaredNorm() * dt;
   if (sample.w_B.norm() > kShockRate) rated.gyro_density2 += sample.w_B.squaredNorm() * dt;
   return rated;
+}
+
+double pretendedManoeuvre2(const FilterState& s, double accel_density2)
+{
+  const double noise2 = accel_density2 / kSmoothing;  // two axes of density / (2 smoothing)
+  const double tilt2 = s.P(kR, kR) + s.P(kR + 1, kR + 1);
+  return 1.5 * (noise2 + kGravity * kGravity * tilt2);
 }
 
 void predictInertial(FilterState& s, double t, const RatedImu& before, const RatedImu& after,
@@ -125,11 +140,17 @@ void predictInertial(FilterState& s, double t, const RatedImu& before, const Rat
   s.v += dt * a_W;
   s.q = (s.q * core::expSO3(dt * s.w_B)).normalized();
 
+  const double accel_density2 = std::max(before.accel_density2, after.accel_density2);
+  s.a_W += (1.0 - std::exp(-dt / kSmoothing)) * (a_W - s.a_W);
+  s.manoeuvre2 +=
+      (1.0 - std::exp(-dt / kManoeuvreMemory)) * (s.a_W.head<2>().squaredNorm() - s.manoeuvre2);
+  const double pretended = pretendedManoeuvre2(s, accel_density2);
+  const double significance = s.manoeuvre2 > pretended ? 1.0 - pretended / s.manoeuvre2 : 0.0;
+
   // A rotation error turns the specific force, not the acceleration.
-  transport(s.P, R, f_W, dt);
-  addVelocityNoise(s.P, std::max(before.accel_density2, after.accel_density2), dt);
-  s.P.diagonal().segment<3>(kR).array() +=
-      std::max(before.gyro_density2, after.gyro_density2) * dt;
+  transport(s.P, R, {significance * f_W.x(), significance * f_W.y(), f_W.z()}, dt);
+  addVelocityNoise(s.P, accel_density2, dt);
+  s.P.diagonal().segment<3>(kR).array() += std::max(before.gyro_density2, after.gyro_density2) * dt;
   s.P.diagonal().segment<3>(kBg).array() += config.gyro_bias_walk * config.gyro_bias_walk * dt;
   s.P.diagonal().segment<3>(kBa).array() += config.accel_bias_walk * config.accel_bias_walk * dt;
   symmetrise(s.P);
@@ -142,6 +163,8 @@ void predictKinematic(FilterState& s, double t, const FilterConfig& config)
   const double dt = t - s.t;
   s.p += dt * s.v;
   s.w_B.setZero();
+  s.a_W.setZero();
+  s.manoeuvre2 = 0.0;
   if (s.t - s.last_rotation > kPoseMemory) s.q = relaxedToLevel(s.q, dt);
 
   s.P.middleRows<3>(kP) += dt * s.P.middleRows<3>(kV).eval();

@@ -31,9 +31,17 @@ class ImuRater
   double gyro_power_ = 0.0;
 };
 
+/** Mean square of the horizontal acceleration that noise and an uncertain tilt alone would show
+ * [m^2/s^4]; a manoeuvre must exceed it to say anything about the heading. */
+[[nodiscard]] double pretendedManoeuvre2(const FilterState& state, double accel_density2);
+
 /** Strap-down step from state.t to `t` with the mean of two samples that enclose the interval.
  *  v += (R (f - ba) + g) dt, p by the trapezoidal rule, q by the exponential map; covariance with
- * the block-sparse transition matrix to second order in dt. */
+ * the block-sparse transition matrix to second order in dt.
+ *
+ *  The horizontal force through which a heading error acts on velocity is shrunk by its
+ * significance (James-Stein): else noise in hover counts as manoeuvres and the filter invents a
+ * heading. */
 void predictInertial(FilterState& state, double t, const RatedImu& before, const RatedImu& after,
                      const FilterConfig& config);
 

@@ -13,17 +13,17 @@ namespace slalom::estimation
 {
 namespace
 {
-constexpr double kStrangeJump = 5.0;   // [s] between successive times
-constexpr double kStrangeLead = 1.5;   // [s] of a fix before a living IMU
-constexpr int kStrangeRun = 10;        // after so many the clock is believed to have changed
+constexpr double kStrangeJump = 5.0;    // [s] between successive times
+constexpr double kStrangeLead = 1.5;    // [s] of a fix before a living IMU
+constexpr int kStrangeRun = 10;         // after so many the clock is believed to have changed
 constexpr double kVelocityKnown = 3.0;  // [m/s]
 constexpr double kResumeWindow = 0.5;   // [s] of IMU before gravity is used again
 
 void requirePositive(const char* name, double value)
 {
   if (!(value > 0.0) || !std::isfinite(value))
-    throw std::invalid_argument(std::string("estimation.") + name + " = " +
-                                std::to_string(value) + " must be positive and finite");
+    throw std::invalid_argument(std::string("estimation.") + name + " = " + std::to_string(value) +
+                                " must be positive and finite");
 }
 }  // namespace
 
@@ -194,7 +194,10 @@ StateEstimator::~StateEstimator() = default;
 StateEstimator::StateEstimator(StateEstimator&&) noexcept = default;
 StateEstimator& StateEstimator::operator=(StateEstimator&&) noexcept = default;
 
-void StateEstimator::add(const core::ImuSample& sample) { impl_->addImu(sample); }
+void StateEstimator::add(const core::ImuSample& sample)
+{
+  impl_->addImu(sample);
+}
 void StateEstimator::add(const core::PositionFix& fix)
 {
   impl_->addFix(fix, 'p', impl_->counters.position);
@@ -237,8 +240,14 @@ std::optional<core::VehicleState> StateEstimator::stateAt(double t) const
   return impl_->publish(std::move(*state));
 }
 
-const EstimatorCounters& StateEstimator::counters() const { return impl_->counters; }
+const EstimatorCounters& StateEstimator::counters() const
+{
+  return impl_->counters;
+}
 
-void StateEstimator::reset() { impl_ = std::make_unique<Impl>(impl_->config); }
+void StateEstimator::reset()
+{
+  impl_ = std::make_unique<Impl>(impl_->config);
+}
 
 }  // namespace slalom::estimation

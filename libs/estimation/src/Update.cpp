@@ -29,13 +29,11 @@ struct Innovation
   Rows<1> variance;
 };
 
-constexpr double kLikelihoodMemory = 30.0;  // [s] old evidence fades: sensors are not white
-constexpr double kLikelihoodPower = 0.5;    // tempered, for the same reason
-constexpr double kWorstChi2 = 25.0;         // one outlier may not decide between hypotheses
-constexpr double kAidMemory = 1.0;          // [s] a source heard this recently is healthy
-constexpr double kLostVelocity = 3.0;       // [m/s] after a run of rejects
-constexpr double kLostTilt = 0.1;           // [rad]
-constexpr double kLostYaw = 0.35;           // [rad]
+constexpr double kWorstChi2 = 25.0;    // one outlier may not decide between hypotheses
+constexpr double kAidMemory = 1.0;     // [s] a source heard this recently is healthy
+constexpr double kLostVelocity = 3.0;  // [m/s] after a run of rejects
+constexpr double kLostTilt = 0.1;      // [rad]
+constexpr double kLostYaw = 0.35;      // [rad]
 
 double gateFor(double gate3, Eigen::Index dimension)
 {
@@ -73,7 +71,7 @@ void inject(FilterState& s, const Vector15& dx)
 
 void addEvidence(FilterState& s, double chi2, double log_det)
 {
-  s.log_likelihood -= kLikelihoodPower * 0.5 * (std::min(chi2, kWorstChi2) + log_det);
+  s.log_likelihood -= 0.5 * (std::min(chi2, kWorstChi2) + log_det);
 }
 
 /// Joseph form (I - K H) P (I - K H)^T + K R K^T, using that H is thin.
@@ -136,8 +134,7 @@ Innovation yawInnovation(const FilterState& s, double yaw, double sigma)
   constexpr double kNot = std::numeric_limits<double>::infinity();
   // A vertical nose has no heading.
   const double usable = horizontal2 > 0.1 ? sigma : kNot;
-  return keepMeasured({core::wrapAngle(yaw - core::yawOf(s.q)), 0.0, 0.0}, H,
-                      {usable, kNot, kNot});
+  return keepMeasured({core::wrapAngle(yaw - core::yawOf(s.q)), 0.0, 0.0}, H, {usable, kNot, kNot});
 }
 
 Innovation rotationInnovation(const FilterState& s, const Aid& aid)
@@ -145,8 +142,7 @@ Innovation rotationInnovation(const FilterState& s, const Aid& aid)
   const Eigen::AngleAxisd error((aid.q * s.q.conjugate()).normalized());
   Eigen::Matrix<double, 3, 9> H = Eigen::Matrix<double, 3, 9>::Zero();
   H.middleCols<3>(kR).setIdentity();
-  return keepMeasured(error.angle() * error.axis(), H,
-                      Vector3d::Constant(aid.sigma_rotation));
+  return keepMeasured(error.angle() * error.axis(), H, Vector3d::Constant(aid.sigma_rotation));
 }
 
 Innovation innovation(const FilterState& s, const Aid& aid)
@@ -154,11 +150,16 @@ Innovation innovation(const FilterState& s, const Aid& aid)
   switch (aid.kind)
   {
     case AidKind::Position:
-    case AidKind::Pose: return positionInnovation(s, aid);
-    case AidKind::Velocity: return velocityInnovation(s, aid);
-    case AidKind::BodyVelocity: return bodyVectorInnovation(s, aid, s.v, true);
-    case AidKind::Yaw: return yawInnovation(s, aid.z.x(), aid.sigma.x());
-    case AidKind::Gravity: break;
+    case AidKind::Pose:
+      return positionInnovation(s, aid);
+    case AidKind::Velocity:
+      return velocityInnovation(s, aid);
+    case AidKind::BodyVelocity:
+      return bodyVectorInnovation(s, aid, s.v, true);
+    case AidKind::Yaw:
+      return yawInnovation(s, aid.z.x(), aid.sigma.x());
+    case AidKind::Gravity:
+      break;
   }
   return bodyVectorInnovation(s, aid, Vector3d::UnitZ(), false);
 }
@@ -170,7 +171,10 @@ void forget(Matrix15& P, int i, double sigma)
   P(i, i) = sigma * sigma;
 }
 
-void atLeast(Matrix15& P, int i, double sigma) { P(i, i) = std::max(P(i, i), sigma * sigma); }
+void atLeast(Matrix15& P, int i, double sigma)
+{
+  P(i, i) = std::max(P(i, i), sigma * sigma);
+}
 
 void doubtAttitude(Matrix15& P)
 {
@@ -214,8 +218,12 @@ void reinitialise(FilterState& s, const Aid& aid)
 {
   switch (aid.kind)
   {
-    case AidKind::Position: takePosition(s, aid); break;
-    case AidKind::Velocity: takeVelocity(s, aid, measuredOr(aid, s.v)); break;
+    case AidKind::Position:
+      takePosition(s, aid);
+      break;
+    case AidKind::Velocity:
+      takeVelocity(s, aid, measuredOr(aid, s.v));
+      break;
     case AidKind::BodyVelocity:
       takeVelocity(s, aid, s.q * measuredOr(aid, s.q.conjugate() * s.v));
       break;
@@ -228,7 +236,9 @@ void reinitialise(FilterState& s, const Aid& aid)
       s.q = aid.q;
       for (int i = 0; i < 3; ++i) forget(s.P, kR + i, aid.sigma_rotation);
       break;
-    case AidKind::Gravity: doubtAttitude(s.P); break;
+    case AidKind::Gravity:
+      doubtAttitude(s.P);
+      break;
   }
   ++s.resets;
 }
@@ -240,12 +250,6 @@ void remember(FilterState& s, AidKind kind)
   if (kind == AidKind::BodyVelocity) s.last_body_velocity = s.t;
   if (kind == AidKind::Yaw || kind == AidKind::Pose) s.last_heading = s.t;
   if (kind == AidKind::Pose) s.last_rotation = s.t;
-}
-
-void fadeEvidence(FilterState& s)
-{
-  s.log_likelihood *= std::exp(-(s.t - s.evidence_t) / kLikelihoodMemory);
-  s.evidence_t = s.t;
 }
 
 /// Position and rotation of a pose are believed together or not at all.
@@ -264,10 +268,9 @@ Outcome applyAid(FilterState& s, const Aid& aid, const FilterConfig& config, dou
 {
   const Innovation first = innovation(s, aid);
   if (first.residual.size() == 0) return Outcome::Undefined;
-  fadeEvidence(s);
 
-  const bool accepted = aid.kind == AidKind::Pose ? correctPose(s, aid, first, gate)
-                                                  : correct(s, first, gate);
+  const bool accepted =
+      aid.kind == AidKind::Pose ? correctPose(s, aid, first, gate) : correct(s, first, gate);
   std::uint16_t& rejects = s.rejects[static_cast<std::size_t>(aid.slot)];
   if (!accepted)
   {
@@ -281,14 +284,16 @@ Outcome applyAid(FilterState& s, const Aid& aid, const FilterConfig& config, dou
 
 void applyCourse(FilterState& s, const FilterConfig& config)
 {
-  constexpr double kSlow = 1.0;    // [m/s]
-  constexpr double kCrab = 0.5;    // [rad] between nose and course
+  constexpr double kSlow = 1.0;  // [m/s]
+  constexpr double kCrab = 0.5;  // [rad] between nose and course
   const double speed = s.v.head<2>().norm();
   const double sigma_v = std::sqrt(0.5 * (s.P(kV, kV) + s.P(kV + 1, kV + 1)));
   if (speed < kSlow || speed < 2.0 * sigma_v) return;
   const double sigma = std::hypot(kCrab, sigma_v / speed);
   const Innovation in = yawInnovation(s, std::atan2(s.v.y(), s.v.x()), sigma);
   if (in.residual.size() == 1) correct(s, in, 1e3 * config.gate);
+  // A vehicle that flies sideways does so for long: many courses know no more than one.
+  atLeast(s.P, kR + 2, kCrab);
 }
 
 }  // namespace slalom::estimation::detail

@@ -21,12 +21,12 @@ struct Aid
 {
   double t = 0.0;
   AidKind kind = AidKind::Position;
-  int slot = 0;                                        ///< gate memory of its source
-  Eigen::Vector3d z = Eigen::Vector3d::Zero();         ///< value; yaw in z.x()
-  Eigen::Vector3d sigma = Eigen::Vector3d::Ones();     ///< infinite: axis not measured
-  Eigen::Vector3d lever_B = Eigen::Vector3d::Zero();   ///< Position only
+  int slot = 0;                                           ///< gate memory of its source
+  Eigen::Vector3d z = Eigen::Vector3d::Zero();            ///< value; yaw in z.x()
+  Eigen::Vector3d sigma = Eigen::Vector3d::Ones();        ///< infinite: axis not measured
+  Eigen::Vector3d lever_B = Eigen::Vector3d::Zero();      ///< Position only
   Eigen::Quaterniond q = Eigen::Quaterniond::Identity();  ///< Pose only
-  double sigma_rotation = 0.0;                         ///< Pose only [rad]
+  double sigma_rotation = 0.0;                            ///< Pose only [rad]
 };
 
 enum class Outcome

@@ -8,12 +8,11 @@ namespace slalom::test
 namespace
 {
 using core::ImuSample;
-using core::PositionFix;
-using core::VelocityFix;
 using estimation::EstimatorStatus;
 using estimation::FilterConfig;
 using estimation::StateEstimator;
 
+constexpr double kSlack = 0.05;  // [m/s] velocity corrections between two looks
 constexpr double kDegree = 3.14159265358979 / 180.0;
 
 double yawError(const StateEstimator& e, const FlightPath& path)
@@ -26,7 +25,8 @@ double yawError(const StateEstimator& e, const FlightPath& path)
 FlightPath turned(const FlightPath& path, double angle)
 {
   FlightPath out;
-  out.position = [=](double t) -> Eigen::Vector3d { return core::fromYaw(angle) * path.position(t); };
+  out.position = [=](double t) -> Eigen::Vector3d
+  { return core::fromYaw(angle) * path.position(t); };
   out.yaw = [=](double t) { return path.yaw(t) + angle; };
   return out;
 }
@@ -50,7 +50,6 @@ TEST(Alignment, HeadingWithinThreeDegreesAfterTwentySeconds)
   for (const Case& c : cases)
   {
     SCOPED_TRACE(c.name);
-    double worst = 0.0;
     for (std::uint64_t seed = 1; seed <= 12; ++seed)
     {
       SCOPED_TRACE(seed);
@@ -58,37 +57,48 @@ TEST(Alignment, HeadingWithinThreeDegreesAfterTwentySeconds)
       suite.duration = 20.0 + std::max(0.0, c.take_off);
       suite.velocity_hz = c.velocity ? 20.0 : 0.0;
       suite.velocity_in_body = c.in_body;
-      // Without a velocity sensor, a receiver of survey grade: at 0.5 m white noise the bound of
-      // information alone is above three degrees.
+      // Without a velocity sensor heading, gyroscope bias and tilt have to come out of second
+      // differences of positions, which is slower.
+      const double bound = c.velocity ? 3.0 * kDegree : 5.0 * kDegree;
       if (!c.velocity) suite.gps_sigma.setConstant(0.1);
-      const FlightPath path = turned(FlightPath::loops(c.take_off), 0.5 * double(seed));
+      const FlightPath path = turned(FlightPath::loops(c.take_off, 1.5), 0.5 * double(seed));
       StateEstimator estimator({});
       for (const Arrival& a : simulate(path, suite, seed)) feed(estimator, a.measurement);
       ASSERT_TRUE(estimator.state());
-      EXPECT_LT(yawError(estimator, path), 3.0 * kDegree);
-      EXPECT_LT(std::sqrt(estimator.state()->covariance(8, 8)), 3.0 * kDegree);
-      worst = std::max(worst, yawError(estimator, path));
+      const double sigma = std::sqrt(estimator.state()->covariance(8, 8));
+      EXPECT_LT(yawError(estimator, path), bound);
+      EXPECT_LT(yawError(estimator, path), 3.5 * sigma);
+      EXPECT_LT(sigma, bound);
     }
-    std::printf("%-28s worst heading error %.2f deg\n", c.name, worst / kDegree);
   }
 }
 
-TEST(Alignment, SlowFlightConvergesToo)
+// Slower than walking, accelerations below 0.1 m/s^2: a body velocity still shows the heading; a
+// world velocity does not, and then the course is the guess and the variance says so.
+TEST(Alignment, SlowFlight)
 {
-  // 0.5 m/s walking pace with compass-free sensors; a minute.
-  for (std::uint64_t seed = 1; seed <= 6; ++seed)
-  {
-    SCOPED_TRACE(seed);
-    SensorSuite suite;
-    suite.duration = 60.0;
-    suite.imu_hz = 50.0;
-    const FlightPath path = turned(FlightPath::loops(2.0, 0.2), double(seed));
-    StateEstimator estimator({});
-    for (const Arrival& a : simulate(path, suite, seed)) feed(estimator, a.measurement);
-    ASSERT_TRUE(estimator.state());
-    EXPECT_LT(yawError(estimator, path), 4.0 * std::sqrt(estimator.state()->covariance(8, 8)));
-    EXPECT_LT(yawError(estimator, path), 20.0 * kDegree);
-  }
+  for (const bool in_body : {true, false})
+    for (std::uint64_t seed = 1; seed <= 6; ++seed)
+    {
+      SCOPED_TRACE(testing::Message() << "in body " << in_body << " seed " << seed);
+      SensorSuite suite;
+      suite.duration = 40.0;
+      suite.velocity_in_body = in_body;
+      const FlightPath path = turned(FlightPath::loops(2.0, 0.2), double(seed));
+      StateEstimator estimator({});
+      for (const Arrival& a : simulate(path, suite, seed)) feed(estimator, a.measurement);
+      ASSERT_TRUE(estimator.state());
+      const double sigma = std::sqrt(estimator.state()->covariance(8, 8));
+      EXPECT_LT(yawError(estimator, path), 3.2 * sigma);
+      if (in_body)
+      {
+        EXPECT_LT(sigma, 8.0 * kDegree);
+      }
+      else
+      {
+        EXPECT_GT(sigma, 20.0 * kDegree);
+      }
+    }
 }
 
 TEST(Alignment, YawSourceDecidesAtOnce)
@@ -149,7 +159,7 @@ TEST(Alignment, HeadingIsFoundAfterRunningWithoutOne)
       if (s && last)
       {
         const double fastest = std::max(s->v_W.norm(), last->v_W.norm());
-        ASSERT_LE((s->p_L - last->p_L).norm(), fastest * (s->t - last->t) + 1e-9);
+        ASSERT_LE((s->p_L - last->p_L).norm(), (fastest + kSlack) * (s->t - last->t));
       }
       last = s;
     }
@@ -260,7 +270,8 @@ TEST(PoseSource, CarriesTheStateAlone)
       ASSERT_TRUE(estimator.state());
       const auto e = errorOf(*estimator.state(), path);
       ASSERT_LT(e.head<3>().norm(), 0.12);
-      ASSERT_LT(e.segment<3>(3).norm(), with_imu ? 0.3 : 0.8);
+      // Standard deviation without IMU: 0.5 m/s per axis, from manoeuvre_noise.
+      ASSERT_LT(e.segment<3>(3).norm(), with_imu ? 0.3 : 2.0);
       ASSERT_LT(e.tail<3>().norm(), 0.08);
     }
     EXPECT_EQ(estimator.counters().pose, 250u);

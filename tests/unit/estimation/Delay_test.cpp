@@ -9,7 +9,6 @@ namespace
 {
 using core::PositionFix;
 using core::VehicleState;
-using estimation::EstimatorStatus;
 using estimation::FilterConfig;
 using estimation::StateEstimator;
 
@@ -20,7 +19,8 @@ bool is(const Arrival& a)
 }
 }  // namespace
 
-// Whatever the order of arrival, the world state is that of the right order.
+// Whatever the order of arrival, the world state is that of the right order (once the heading has
+// been decided; the decision itself is taken with what has arrived).
 TEST(Delay, LateEqualsInOrder)
 {
   for (std::uint64_t seed = 1; seed <= 6; ++seed)
@@ -63,13 +63,13 @@ TEST(Delay, LateEqualsInOrder)
 
 TEST(Delay, GpsLatencyIsCompensated)
 {
-  // Exact sensors and a fast path, so that latency is what there is to see.
+  // A fast path, so that latency is what there is to see; noise wide enough for both to be heard.
   SensorSuite suite;
   suite.duration = 30.0;
   suite.gps_delay = 0.2;
   suite.velocity_hz = 0.0;
-  suite.gps_sigma.setConstant(0.05);
-  const FlightPath path = FlightPath::loops(0.5, 2.0);
+  suite.gps_sigma.setConstant(0.3);
+  const FlightPath path = FlightPath::loops(0.5, 1.5);
   double compensated = 0.0;
   double naive = 0.0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed)
@@ -89,8 +89,7 @@ TEST(Delay, GpsLatencyIsCompensated)
     }
   }
   EXPECT_LT(std::sqrt(compensated), 0.25 * std::sqrt(naive));
-  std::printf("latency 200 ms: compensated / uncompensated rms = %.3f\n",
-              std::sqrt(compensated / naive));
+  RecordProperty("compensated_over_uncompensated", std::to_string(std::sqrt(compensated / naive)));
 }
 
 TEST(Delay, TooOldIsDroppedAndCounted)
@@ -101,7 +100,7 @@ TEST(Delay, TooOldIsDroppedAndCounted)
   suite.gps_delay = 0.4;
   StateEstimator estimator(config);
   for (const Arrival& a : simulate(FlightPath::loops(0.5), suite, 3))
-    feed(estimator, a.measurement);
+    if (a.at < suite.duration) feed(estimator, a.measurement);
   EXPECT_EQ(estimator.counters().position, 0u);
   EXPECT_GE(estimator.counters().dropped.at("too_old"), 95u);
 }

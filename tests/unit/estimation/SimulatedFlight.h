@@ -107,8 +107,7 @@ struct Arrival
 };
 
 inline std::vector<Arrival> simulate(const FlightPath& path, const SensorSuite& suite,
-                                     std::uint64_t seed,
-                                     const estimation::FilterConfig& c = {})
+                                     std::uint64_t seed, const estimation::FilterConfig& c = {})
 {
   core::Rng rng(seed);
   std::vector<Arrival> out;
@@ -169,8 +168,7 @@ inline void feed(estimation::StateEstimator& estimator, const core::Measurement&
   std::visit(
       [&](const auto& m)
       {
-        if constexpr (!std::is_same_v<std::decay_t<decltype(m)>, core::RangeScan>)
-          estimator.add(m);
+        if constexpr (!std::is_same_v<std::decay_t<decltype(m)>, core::RangeScan>) estimator.add(m);
       },
       measurement);
 }
