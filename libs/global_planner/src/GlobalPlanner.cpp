@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -100,7 +101,8 @@ class Refinement
   [[nodiscard]] Eigen::Matrix3Xd minimise(Eigen::Matrix3Xd points, std::vector<Push> pushes,
                                           double gain);
   [[nodiscard]] UniformBSpline curveWith(const Eigen::Matrix3Xd& points) const;
-  [[nodiscard]] std::vector<OccupiedSegment> occupied(const UniformBSpline& curve) const;
+  [[nodiscard]] std::vector<OccupiedSegment> occupied(const UniformBSpline& curve,
+                                                      double clearance) const;
   [[nodiscard]] GlobalPlannerOutput commit(RefineOutcome outcome, const UniformBSpline& curve);
   [[nodiscard]] GlobalPlannerOutput keep(RefineOutcome outcome);
 
@@ -205,18 +207,34 @@ UniformBSpline Refinement::curveWith(const Eigen::Matrix3Xd& points) const
   return curve_.withControlPoints(std::move(all));
 }
 
-std::vector<OccupiedSegment> Refinement::occupied(const UniformBSpline& curve) const
+std::vector<OccupiedSegment> Refinement::occupied(const UniformBSpline& curve,
+                                                  double clearance) const
 {
-  // The span under the vehicle cannot be changed any more; what is judged begins behind it.
-  const double from =
-      std::min(window_.to, curve.start() + curve.knotSpan() * double(window_.first + 1));
-  return findOccupiedSegments(curve, from, window_.to, field_, hard_, kMergeGap_s);
+  // The span under the vehicle cannot be changed any more, the next three only in part: what was
+  // accepted there once is not refused because a voxel grew by a hand's breadth.
+  const auto knot = [&](Eigen::Index i)
+  {
+    return std::min(window_.to,
+                    curve.start() + curve.knotSpan() * static_cast<double>(window_.first + i));
+  };
+  const double committed = std::min(clearance, vehicle_.radius_m + 0.1 * field_.resolution());
+  std::vector<OccupiedSegment> segments =
+      findOccupiedSegments(curve, knot(1), knot(kFixedAtStart), field_, committed, kMergeGap_s);
+  for (const OccupiedSegment& segment :
+       findOccupiedSegments(curve, knot(kFixedAtStart), window_.to, field_, clearance, kMergeGap_s))
+  {
+    if (!segments.empty() && segment.from - segments.back().to < kMergeGap_s)
+      segments.back().to = segment.to, segments.back().open_end = segment.open_end;
+    else
+      segments.push_back(segment);
+  }
+  return segments;
 }
 
 bool Refinement::pushOut(Eigen::Matrix3Xd& points, std::vector<Push>& pushes)
 {
   const UniformBSpline curve = curveWith(points);
-  for (const OccupiedSegment& segment : occupied(curve))
+  for (const OccupiedSegment& segment : occupied(curve, hard_))
   {
     const double length = curve.length(segment.from, segment.to);
     const auto count = static_cast<Eigen::Index>(
@@ -329,7 +347,7 @@ GlobalPlannerOutput Refinement::commit(RefineOutcome outcome, const UniformBSpli
   refined.map_sequence = field_.sequence();
   record_.min_clearance_m = minClearance(curve, window_.from, window_.to, field_);
   record_.ran = true;
-  if (record_.outcome.empty()) record_.outcome = toString(outcome);
+  record_.outcome = toString(outcome);
   return {outcome, std::make_shared<const RefinedReference>(std::move(refined)),
           std::move(record_)};
 }
@@ -357,23 +375,31 @@ GlobalPlannerOutput Refinement::run()
   if (!window_.hasFreePoints())
     return keep(window_.goal_blocked ? RefineOutcome::GoalBlocked : RefineOutcome::Clear);
 
+  // A result is accepted at the hard clearance, but one with half a voxel to spare is tried for:
+  // the next map will differ.
+  const double comfortable = hard_ + 0.5 * field_.resolution();
   Eigen::Matrix3Xd points = startPoints();
+  std::optional<UniformBSpline> accepted;
   double gain = 1.0;
   for (int attempt = 0; attempt < config_.max_attempts; ++attempt, gain *= 2.0)
   {
     std::vector<Push>
         pushes;  // seeded anew at every attempt: anchors belong to the points they were made for
-    if (!pushOut(points, pushes)) return keep(RefineOutcome::GuideFailed);
+    if (!pushOut(points, pushes)) break;
     keepClear(points, pushes);
     points = minimise(std::move(points), std::move(pushes), gain);
     const UniformBSpline curve = curveWith(points);
-    if (!occupied(curve).empty()) continue;
+    if (!occupied(curve, hard_).empty()) continue;
+    accepted = curve;
+    if (occupied(curve, comfortable).empty()) break;
+  }
+  if (accepted)
     return commit(window_.goal_blocked                ? RefineOutcome::GoalBlocked
                   : recovered_                        ? RefineOutcome::Recovered
                   : record_.occupied_segments.empty() ? RefineOutcome::Clear
                                                       : RefineOutcome::Refined,
-                  curve);
-  }
+                  *accepted);
+  if (!record_.outcome.empty()) return keep(RefineOutcome::GuideFailed);
   return keep(RefineOutcome::StillOccupied);
 }
 
