@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "AnalyticField.h"
@@ -37,6 +38,9 @@ class FlightHarness
 
   bool blind = false;  ///< a broken planner's eyes: every ray reaches its full range
 
+  /// Watches every cycle, with the true position.
+  std::function<void(const core::CycleRecord&, const Eigen::Vector3d& p_W)> listener;
+
   FlightOutcome fly(const Eigen::Vector3d& start, const engine::Mission& mission,
                     double time_limit_s)
   {
@@ -55,6 +59,7 @@ class FlightHarness
       if (k % 5 == 0)
       {
         const core::CycleRecord cycle = engine_.step(t);
+        if (listener) listener(cycle, p);
         command = cycle.command;
         out.hash = cycle.decision_hash;
         out.finite &= command.v_W.allFinite() && std::isfinite(command.yaw_rate);
