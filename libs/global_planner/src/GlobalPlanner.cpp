@@ -322,6 +322,9 @@ Eigen::Matrix3Xd Refinement::minimise(Eigen::Matrix3Xd points, std::vector<Push>
       problem.reference.middleCols(problem.first_free, free).array() - config_.max_offset_m;
   Eigen::Matrix3Xd upper =
       problem.reference.middleCols(problem.first_free, free).array() + config_.max_offset_m;
+  const auto altitude = problem.reference.row(2).middleCols(problem.first_free, free).array();
+  lower.row(2) = (altitude - config_.max_climb_m).max(lower.row(2).array());
+  upper.row(2) = (altitude + config_.max_climb_m).min(upper.row(2).array());
   lower.row(2) = lower.row(2).cwiseMax(config_.min_altitude_m).cwiseMin(config_.max_altitude_m);
   upper.row(2) = upper.row(2).cwiseMin(config_.max_altitude_m).cwiseMax(config_.min_altitude_m);
 
@@ -399,7 +402,8 @@ GlobalPlannerOutput Refinement::run()
                   : record_.occupied_segments.empty() ? RefineOutcome::Clear
                                                       : RefineOutcome::Refined,
                   *accepted);
-  if (!record_.outcome.empty()) return keep(RefineOutcome::GuideFailed);
+  if (!record_.outcome.empty())
+    return keep(window_.to >= r_.end() ? RefineOutcome::GoalBlocked : RefineOutcome::GuideFailed);
   return keep(RefineOutcome::StillOccupied);
 }
 

@@ -28,8 +28,10 @@ search::SearchResult searchGuide(const core::DistanceField& field, const Eigen::
   // Both ends are where they are, whatever the altitude limits say of the way between.
   const auto keepAltitude = [&](Eigen::AlignedBox3d& b)
   {
-    b.min().z() = std::max(b.min().z(), config.min_altitude_m);
-    b.max().z() = std::min(b.max().z(), config.max_altitude_m);
+    b.min().z() = std::max({b.min().z(), config.min_altitude_m,
+                            std::min(start_L.z(), goal_L.z()) - config.max_climb_m});
+    b.max().z() = std::min({b.max().z(), config.max_altitude_m,
+                            std::max(start_L.z(), goal_L.z()) + config.max_climb_m});
     b.extend(start_L).extend(goal_L);
   };
   keepAltitude(box);

@@ -48,8 +48,9 @@ struct GlobalPlannerInput
   std::shared_ptr<const RefinedReference> previous;         ///< warm start; null at first
   std::shared_ptr<const core::DistanceField> field;         ///< one map for the whole step
   core::VehicleState state;
-  double progress = 0.0;         ///< [s] parameter on R of the vehicle
-  double altitude_offset = 0.0;  ///< [m] local minus world altitude; altitude limits are the world's
+  double progress = 0.0;  ///< [s] parameter on R of the vehicle
+  double altitude_offset =
+      0.0;  ///< [m] local minus world altitude; altitude limits are the world's
   core::Deadline deadline = core::Deadline::none();
 };
 

@@ -16,12 +16,13 @@ struct GlobalPlannerConfig
   double piece_m = 1.5;                 ///< [m] longest piece of the convex decomposition
   double box_lateral_m = 2.0, box_along_m = 1.0, box_vertical_m = 2.0;  ///< [m] local box
   double max_offset_m = 8.0;  ///< [m] box constraint: control points stay this near to R
+  double max_climb_m = 1.0;   ///< [m] box constraint: never farther above or below R than this
   double min_altitude_m = 0.3, max_altitude_m = 50.0;  ///< [m] box constraint in z, world frame
   double restart_distance_m =
-      1.0;                   ///< [m] farther from its plan than this the vehicle gets a new start
-  int max_evaluations = 150; ///< [1] L-BFGS evaluations per attempt
-  int max_attempts = 3;      ///< [1] restarts with a doubled lambda_obs
-  int threads = 2;           ///< [1] for the parallel decomposition
+      1.0;                    ///< [m] farther from its plan than this the vehicle gets a new start
+  int max_evaluations = 150;  ///< [1] L-BFGS evaluations per attempt
+  int max_attempts = 3;       ///< [1] restarts with a doubled lambda_obs
+  int threads = 2;            ///< [1] for the parallel decomposition
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
@@ -49,6 +50,8 @@ struct GlobalPlannerConfig
       Level::Expert);
     v("max_offset_m", c.max_offset_m, Range{0.5, 100.0},
       "farthest a control point may leave the reference", Level::Expert);
+    v("max_climb_m", c.max_climb_m, Range{0.0, 100.0},
+      "a detour stays this near to the reference's altitude: a lidar does not see what is above");
     v("min_altitude_m", c.min_altitude_m, Range{-1000.0, 10000.0},
       "lowest altitude of the reference");
     v("max_altitude_m", c.max_altitude_m, Range{-1000.0, 10000.0},
