@@ -2,19 +2,27 @@
 #include "ReferenceClock.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace slalom::engine
 {
 namespace
 {
-/// Largest share of the curve's own pace at which no axis exceeds the limit between `from` and
-/// `to`.
-double paceLimit(const spline::UniformBSpline& curve, double from, double to, double max_speed)
+/// Largest share of the curve's own pace at which no axis exceeds its limits between `from` and
+/// `to`: velocity grows with the pace, acceleration with its square.
+double paceLimit(const spline::UniformBSpline& curve, double from, double to,
+                 const core::Vehicle& vehicle)
 {
-  double fastest = 0.0;
+  double pace = 1.0;
   for (double t = from; t <= to; t += 0.5 * curve.knotSpan())
-    fastest = std::max(fastest, curve.velocity(t).cwiseAbs().maxCoeff());
-  return std::min(1.0, max_speed / std::max(fastest, 1e-6));
+  {
+    const double speed = curve.velocity(t).cwiseAbs().maxCoeff();
+    const double acceleration = curve.acceleration(t).cwiseAbs().maxCoeff();
+    if (speed > 0.0) pace = std::min(pace, vehicle.max_speed_mps / speed);
+    if (acceleration > 0.0)
+      pace = std::min(pace, std::sqrt(vehicle.max_acceleration_mps2 / acceleration));
+  }
+  return pace;
 }
 
 }  // namespace
@@ -26,8 +34,7 @@ void ReferenceClock::advance(double dt, const spline::UniformBSpline& curve,
   constexpr double kBack_s = 1.0, kAhead_s = 4.0, kPreview_s = 1.5;
   const double nearest = curve.project(p_L, std::max(curve.start(), progress_ - kBack_s),
                                        std::min(curve.end(), progress_ + kAhead_s));
-  rate_ = paceLimit(curve, progress_, std::min(curve.end(), progress_ + kPreview_s),
-                    vehicle.max_speed_mps);
+  rate_ = paceLimit(curve, progress_, std::min(curve.end(), progress_ + kPreview_s), vehicle);
   const double wanted = std::clamp(progress_ + rate_ * dt, nearest, nearest + max_lead_s_);
   progress_ = std::max(progress_, std::min(wanted, std::max(stop_at, curve.start())));
 }
