@@ -242,7 +242,7 @@ void Engine::Impl::plan(core::CycleRecord& record, double dt)
   {
     clock.advance(dt, *input.reference, input.state.p_L, input.stop_at, config.vehicle);
     input.progress = clock.progress();
-    input.rate = clock.rate();
+    input.rate = record.pace = clock.rate();
     record.refined_point_L = input.reference->position(input.progress);
     record.refined = samplePath(
         *input.reference, input.progress,
