@@ -57,8 +57,8 @@ UniformBSpline fitReference(const Mission& mission, const core::VehicleState& st
   waypoints.col(0) = state.p_W;
   waypoints.rightCols(used) = given.rightCols(used);
   spline::FitLimits limits;
-  limits.max_speed = config.mission.speed_share * config.vehicle.max_speed_mps;
-  limits.max_acceleration = config.mission.speed_share * config.vehicle.max_acceleration_mps2;
+  limits.max_speed = config.planned().max_speed_mps;
+  limits.max_acceleration = config.planned().max_acceleration_mps2;
   limits.knot_span = config.mission.knot_span_s;
   return spline::fitWaypoints(waypoints, limits);
 }
@@ -240,7 +240,7 @@ void Engine::Impl::plan(core::CycleRecord& record, double dt)
 
   if (input.reference)
   {
-    clock.advance(dt, *input.reference, input.state.p_L, input.stop_at, config.vehicle);
+    clock.advance(dt, *input.reference, input.state.p_L, input.stop_at, config.planned());
     input.progress = clock.progress();
     input.rate = record.pace = clock.rate();
     record.refined_point_L = input.reference->position(input.progress);

@@ -6,7 +6,7 @@
 namespace slalom::engine
 {
 Pipeline::Pipeline(const EngineConfig& config)
-    : mapper_(config.mapping), planner_(config.global_planner, config.vehicle)
+    : mapper_(config.mapping), planner_(config.global_planner, config.planned())
 {
   if (!config.rates.threaded) return;
   map_worker_ = std::make_unique<Worker<MapJob>>(2, [this](const MapJob& job) { runMap(job); });

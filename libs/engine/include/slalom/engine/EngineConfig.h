@@ -57,8 +57,9 @@ struct MissionConfig
 {
   double goal_tolerance_m = 0.5;  ///< [m]
   double knot_span_s = 0.2;       ///< [s] of the reference spline
-  double speed_share =
-      0.9;  ///< [1] of the vehicle's limits used by R; the rest is reserve for detours
+  double speed_share = 0.9;       ///< [1] of the vehicle's speed limit that plans use
+  double acceleration_share =
+      0.7;  ///< [1] of its acceleration limit that plans use; the rest is for tracking
   double max_lead_s = 0.6;  ///< [s] how far the reference may run ahead of a delayed vehicle
 
   template <class Self, class Visit>
@@ -71,7 +72,9 @@ struct MissionConfig
     v("knot_span_s", c.knot_span_s, Range{0.02, 1.0}, "knot span of the reference spline",
       Level::Expert);
     v("speed_share", c.speed_share, Range{0.1, 1.0},
-      "share of the vehicle's limits that the reference uses");
+      "share of the vehicle's speed limit that plans use; the rest is reserve");
+    v("acceleration_share", c.acceleration_share, Range{0.1, 1.0},
+      "share of its acceleration limit that plans use; the rest is left to tracking");
     v("max_lead_s", c.max_lead_s, Range{0.0, 10.0},
       "how far the reference may run ahead of a delayed vehicle", Level::Expert);
   }
@@ -116,6 +119,15 @@ struct EngineConfig
   mapping::MapperConfig mapping;
   global_planner::GlobalPlannerConfig global_planner;
   local_planner::LocalPlannerConfig local_planner;
+
+  /// The vehicle with the limits that references are planned for.
+  [[nodiscard]] core::Vehicle planned() const
+  {
+    core::Vehicle limited = vehicle;
+    limited.max_speed_mps *= mission.speed_share;
+    limited.max_acceleration_mps2 *= mission.acceleration_share;
+    return limited;
+  }
 };
 
 /// Binds every section of the engine. @throws mrpt_io::ConfigError
