@@ -103,6 +103,10 @@ class Refinement
   [[nodiscard]] UniformBSpline curveWith(const Eigen::Matrix3Xd& points) const;
   [[nodiscard]] std::vector<OccupiedSegment> occupied(const UniformBSpline& curve,
                                                       double clearance) const;
+  [[nodiscard]] bool atEndOfReference() const
+  {
+    return window_.goal_blocked || window_.to >= r_.end();
+  }
   [[nodiscard]] GlobalPlannerOutput commit(RefineOutcome outcome, const UniformBSpline& curve);
   [[nodiscard]] GlobalPlannerOutput keep(RefineOutcome outcome);
 
@@ -376,7 +380,12 @@ GlobalPlannerOutput Refinement::run()
 {
   chooseWindow();
   if (!window_.hasFreePoints())
-    return keep(window_.goal_blocked ? RefineOutcome::GoalBlocked : RefineOutcome::Clear);
+  {
+    const bool blocked = window_.blocked_end || !occupied(curve_, hard_).empty();
+    return keep(!blocked             ? RefineOutcome::Clear
+                : atEndOfReference() ? RefineOutcome::GoalBlocked
+                                     : RefineOutcome::StillOccupied);
+  }
 
   // A result is accepted at the hard clearance, but one with half a voxel to spare is tried for:
   // the next map will differ.
@@ -403,7 +412,7 @@ GlobalPlannerOutput Refinement::run()
                                                       : RefineOutcome::Refined,
                   *accepted);
   if (!record_.outcome.empty())
-    return keep(window_.to >= r_.end() ? RefineOutcome::GoalBlocked : RefineOutcome::GuideFailed);
+    return keep(atEndOfReference() ? RefineOutcome::GoalBlocked : RefineOutcome::GuideFailed);
   return keep(RefineOutcome::StillOccupied);
 }
 
