@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 #include <mrpt/obs/CObservationComment.h>
+#include <mrpt/obs/CRawlog.h>
 #include <zlib.h>
 
 #include <filesystem>
@@ -40,6 +41,20 @@ TEST(RawlogWriter, AppearsUnderItsNameAtCloseOnly)
   EXPECT_EQ(folder.count(), 1);
   EXPECT_NO_THROW(writer.close());
   EXPECT_THROW(writeComments(writer, 1), std::logic_error);
+}
+
+TEST(RawlogWriter, MrptReadsIt)
+{
+  const test::TempFolder folder;
+  RawlogWriter writer(folder.path() / "a.rawlog");
+  writeComments(writer, 25);
+  writer.close();
+  mrpt::obs::CRawlog rawlog;
+  ASSERT_TRUE(rawlog.loadFromRawLogFile((folder.path() / "a.rawlog").string()));
+  ASSERT_EQ(rawlog.size(), 25U);
+  for (std::size_t i = 0; i < rawlog.size(); ++i)
+    EXPECT_NEAR(mrpt::Clock::toDouble(rawlog.getAsObservation(i)->timestamp), 1.7e9 + double(i),
+                1e-6);
 }
 
 TEST(RawlogWriter, LeavesNothingWhenAbandoned)

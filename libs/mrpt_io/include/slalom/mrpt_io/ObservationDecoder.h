@@ -54,9 +54,18 @@ struct InputConfig
 /** MRPT observations to measurements in Slalom's words. Understands CObservationVelodyneScan,
  * CObservationPointCloud, CObservation3DRangeScan, CObservation2DRangeScan,
  * CObservationRotatingScan, CObservationGPS, CObservationIMU, CObservationOdometry,
- * CObservationRobotPose. Non-finite, zero and out-of-range points are dropped and counted. Log time
- * is seconds since the first observation with a valid time stamp; stamps that jump backwards or
- * forwards by more than a minute against their own sensor's are counted and not believed. */
+ * CObservationRobotPose. Non-finite, zero and out-of-range points are dropped and counted; a scan
+ * without points is still a measurement ("the sensor lives, nothing new").
+ *
+ * Conventions: IMU accelerations and rates give an ImuSample, turned by the mount into body axes
+ * (its lever arm is not corrected); IMU_X_VEL, IMU_Y_VEL, IMU_Z_VEL are a velocity in world axes
+ * (see Encoders.h); the twist of an odometry is a velocity in body axes without z, its pose counts
+ * only when pose_labels names it. GGA gives positions (heights above sea level), RMC beside GGA the
+ * horizontal velocity. A pose covariance of zero or identity means that nobody set it.
+ *
+ * Log time is seconds since the first observation with a valid time stamp that is understood. A
+ * stamp more than a minute away from both its own sensor's and everybody's last one is counted and
+ * not believed, unless the sensor repeats it three times and nobody contradicts (a pause). */
 class ObservationDecoder
 {
  public:
@@ -69,7 +78,7 @@ class ObservationDecoder
   /// Ground truth, if this observation is one.
   [[nodiscard]] std::optional<core::TimedPose> truth(const mrpt::obs::CObservation& observation);
 
-  /// Log time of a stamp [s]; fixes the epoch at the first call.
+  /// Log time of a stamp [s], not judged; fixes the epoch if nothing was decoded before.
   [[nodiscard]] double logTime(const mrpt::Clock::time_point& stamp);
   /// Unix time of log time 0 [s]; 0 before the first observation.
   [[nodiscard]] double epoch() const;

@@ -31,8 +31,16 @@ struct RawlogStatistics
 
 /** Streams the observations of a rawlog (observations format or sensory-frame format; plain or
  * gzip), in file order, with memory independent of its length. Tells the end of the file apart from
- * damage: gzip files are checked by CRC before the first object is believed, and zstd files are
- * refused by name. Never trusts a length field beyond the file's size.
+ * damage and never loses an object without a word:
+ *   - gzip files are decompressed once before the first object is believed; a checksum or stream
+ *     error refuses the file in the constructor;
+ *   - a file that was cut, or has foreign bytes behind its end, gives everything before the damage,
+ *     then next() throws, and throws again when asked again;
+ *   - a plain file has no checksum: flipped data bytes and a cut exactly between two objects cannot
+ *     be seen. Its length fields can ask for much memory before reading: call limitMemory().
+ * zstd and other archives are refused by name. Objects of unknown classes, null objects and objects
+ * that are no observations are skipped and counted; neighbours of unknown classes count as one,
+ * because their length is not known.
  *  @throws RawlogError from constructor and next() */
 class RawlogReader
 {
