@@ -204,6 +204,7 @@ void drawAltitude(Canvas& canvas, cv::Rect area, const FlightView& view)
 {
   Plot plot = altitudePlot(view);
   plot.style.font_size = 0.9 * kFontSize;
+  plot.legend_on_own_line = true;
   drawPlot(canvas, area, seriesOf(view.log.cycles(), [](const CycleSummary& c) { return c.t; }),
            plot);
 }
@@ -226,7 +227,7 @@ Layout layoutFor(const Extent& extent, std::size_t legend_entries)
   const double shape = size.y() / size.x();
   const double legend_height = 1.5 * kFontSize * double(legend_entries);
   const double panel_height =
-      14 * 1.4 * kFontSize + 6.5 * kFontSize + legend_height + kAltitude + 60;
+      14 * 1.4 * kFontSize + 6.5 * kFontSize + legend_height + kAltitude + 76;
   Layout l;
   if (shape < 0.55)
   {
@@ -238,7 +239,7 @@ Layout layoutFor(const Extent& extent, std::size_t legend_entries)
     l.legend = {kLeft + l.panel_width + 100.0, top + 8.0};
     const double column = kLeft + 2.0 * l.panel_width + 140.0;
     l.bar = {column, top + 2.0 * kFontSize};
-    l.altitude = {static_cast<int>(column), static_cast<int>(l.bar.y()) + 88,
+    l.altitude = {static_cast<int>(column), static_cast<int>(l.bar.y()) + 104,
                   l.width - kRight - static_cast<int>(column), kAltitude};
     l.height = static_cast<int>(top + 14 * 1.4 * kFontSize + 24.0);
     return l;
@@ -252,7 +253,7 @@ Layout layoutFor(const Extent& extent, std::size_t legend_entries)
   l.numbers = {x, kTop - 8.0};
   l.bar = {x, kTop + 14 * 1.4 * kFontSize + 2.8 * kFontSize};
   l.legend = {x, l.bar.y() + 3.6 * kFontSize};
-  l.altitude = {static_cast<int>(x) + 44, static_cast<int>(l.legend.y() + legend_height) + 40,
+  l.altitude = {static_cast<int>(x) + 44, static_cast<int>(l.legend.y() + legend_height) + 56,
                 static_cast<int>(l.panel_width) - 44, kAltitude};
   return l;
 }
