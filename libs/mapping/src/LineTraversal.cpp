@@ -54,9 +54,11 @@ void traverse(const std::vector<GridLine>& lines, std::uint8_t bit, std::uint8_t
               std::int64_t spare, InstructionSet set)
 {
   // By length (a counting sort), so that the lines of a group end together.
-  std::vector<std::uint32_t> first(kMaxSteps + 2, 0);
+  int longest = 0;
+  for (const GridLine& line : lines) longest = std::max(longest, line.steps);
+  std::vector<std::uint32_t> first(longest + 2, 0);
   for (const GridLine& line : lines) ++first[line.steps + 1];
-  for (int i = 1; i <= kMaxSteps; ++i) first[i] += first[i - 1];
+  for (int i = 1; i <= longest; ++i) first[i] += first[i - 1];
   std::vector<const GridLine*> sorted(lines.size());
   for (const GridLine& line : lines) sorted[first[line.steps]++] = &line;
   traverseFor(set)(sorted.data(), sorted.size(), bit, grid, spare);

@@ -65,14 +65,14 @@ RayMarks::RayMarks(const Eigen::Vector3i& window, double resolution, double min_
   lines_.reserve(kBatch);
 }
 
-Eigen::Vector3i RayMarks::cellOf(const Eigen::Vector3f& p_L) const
+inline Eigen::Vector3i RayMarks::cellOf(const Eigen::Vector3f& p_L) const
 {
   return {floorToInt(cells_per_metre_ * static_cast<double>(p_L.x())) - first_cell_.x(),
           floorToInt(cells_per_metre_ * static_cast<double>(p_L.y())) - first_cell_.y(),
           floorToInt(cells_per_metre_ * static_cast<double>(p_L.z())) - first_cell_.z()};
 }
 
-Eigen::Vector3f RayMarks::centreOf(const Eigen::Vector3i& cell) const
+inline Eigen::Vector3f RayMarks::centreOf(const Eigen::Vector3i& cell) const
 {
   return (((cell + first_cell_).cast<double>().array() + 0.5) * resolution_).cast<float>();
 }
@@ -81,31 +81,33 @@ RayMarks::Count RayMarks::cast(const Eigen::Vector3i& first_cell, std::span<cons
 {
   first_cell_ = first_cell;
   const float reach = static_cast<float>(1e9 * resolution_);  // cells that fit an int
-  const double min_squared = min_range_ * min_range_;
+  const float min_squared = static_cast<float>(min_range_ * min_range_);
   Count count;
   for (const core::Ray& ray : rays)
   {
+    const Eigen::Vector3f o = ray.origin_L, e = ray.end_L;
     // Written so that a comparison with NaN fails.
-    const Eigen::Vector3f& o = ray.origin_L;
-    const Eigen::Vector3f& e = ray.end_L;
-    const bool valid = std::fabs(o.x()) < reach && std::fabs(o.y()) < reach &&
-                       std::fabs(o.z()) < reach && std::fabs(e.x()) < reach &&
-                       std::fabs(e.y()) < reach && std::fabs(e.z()) < reach;
+    const bool valid = (std::fabs(o.x()) < reach) & (std::fabs(o.y()) < reach) &
+                       (std::fabs(o.z()) < reach) & (std::fabs(e.x()) < reach) &
+                       (std::fabs(e.y()) < reach) & (std::fabs(e.z()) < reach);
     if (!valid) continue;
-    const double squared = (e - o).cast<double>().squaredNorm();
-    if (squared < min_squared || squared == 0.0) continue;
+    const float squared = (e - o).squaredNorm();
+    if ((squared < min_squared) | (squared == 0.0f)) continue;
 
+    // Most returns share a voxel with an earlier one.
     Eigen::Vector3i end = cellOf(e);
     std::uint8_t* mark = inside(end, 0) ? marks_.data() + offset(end) : nullptr;
-    // Most returns share a voxel with an earlier one.
-    const bool known = mark != nullptr && (*mark & kHit) != 0;
-    const bool hit = known || lengthOf(centreOf(end) - o) <= max_range_;
+    if (mark != nullptr && (*mark & kHit) != 0)
+    {
+      ++count.fused;
+      continue;
+    }
+    const bool hit = lengthOf(centreOf(end) - o) <= max_range_;
     ++(hit ? count.fused : count.beyond_range);
-    if (known) continue;
     if (!hit)
     {
-      const float scale = static_cast<float>(std::min(1.0, max_range_ / std::sqrt(squared)));
-      end = cellOf(o + scale * (e - o));
+      const double range = std::sqrt(static_cast<double>(squared));
+      end = cellOf(o + static_cast<float>(std::min(1.0, max_range_ / range)) * (e - o));
       mark = inside(end, 0) ? marks_.data() + offset(end) : nullptr;
     }
     if (mark != nullptr)

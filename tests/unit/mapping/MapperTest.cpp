@@ -484,6 +484,38 @@ TEST(Mapper, OctomapReadsTheWrittenTree)
   std::filesystem::remove(file);
 }
 
+TEST(Mapper, TheOctreeKeepsWhatTheWindowForgot)
+{
+  MapperConfig c = config();
+  c.forget_s = 1.0;
+  c.start_ball_m = 1.5;  // whole bricks of equal cells, which the octree prunes
+  Mapper mapper(c);
+  (void)mapper.integrate(0.0, Vec3::Zero(), {});
+  EXPECT_GT(mapper.integrate(2.0, Vec3::Zero(), {}).cells_changed, 1000);
+  EXPECT_EQ(count(*mapper.snapshot(), Occupancy::Free), 0u);
+  // One obstacle inside the ball, then away, so that a part of a brick is written over the whole.
+  const std::vector<Ray> scan = {{{0.1f, 0.1f, 0.1f}, {0.9f, 0.1f, 0.1f}}};
+  (void)mapper.integrate(3.0, Vec3::Zero(), scan);
+  (void)mapper.integrate(3.1, Vec3(40.0, 0.0, 0.0), {});
+
+  const std::filesystem::path file = temporary("map.bt");
+  ASSERT_TRUE(mapper.writeOctree(file));
+  octomap::OcTree read(file.string());
+  int inside = 0;
+  for (double x = -1.5; x < 1.5; x += 0.2)
+    for (double y = -1.5; y < 1.5; y += 0.2)
+      for (double z = -1.5; z < 1.5; z += 0.2)
+        if (const Vec3 p(x, y, z); p.norm() < 1.49)
+        {
+          ++inside;
+          const bool obstacle = (p - Vec3(0.9, 0.1, 0.1)).cwiseAbs().maxCoeff() < 0.05;
+          EXPECT_EQ(classOf(read, p), obstacle ? Occupancy::Occupied : Occupancy::Free)
+              << p.transpose();
+        }
+  EXPECT_GT(inside, 1000);
+  std::filesystem::remove(file);
+}
+
 TEST(Mapper, WriteOctreeSaysWhenItCannot)
 {
   MapperConfig c = config();
