@@ -73,6 +73,9 @@ auto loaded(Load&& load)
 
 void refuseExisting(const fs::path& file, bool overwrite)
 {
+  // Files appear by renaming, which would put a file in the place of a device or a pipe.
+  if (fs::exists(file) && !fs::is_regular_file(file))
+    throw app::UsageError(file.string() + " is not a regular file");
   if (!overwrite && fs::exists(file))
     throw app::UsageError(file.string() + " exists; -w replaces it");
 }

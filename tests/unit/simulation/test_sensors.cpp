@@ -8,8 +8,12 @@
 #include <map>
 #include <sstream>
 
+#include "TempFile.h"
 #include "slalom/core/Rng.h"
 #include "slalom/mrpt_io/Encoders.h"
+#include "slalom/mrpt_io/ObservationDecoder.h"
+#include "slalom/mrpt_io/RawlogReader.h"
+#include "slalom/mrpt_io/RawlogWriter.h"
 #include "slalom/simulation/FlightRecorder.h"
 #include "slalom/simulation/Forest.h"
 #include "slalom/simulation/ScriptedFlight.h"
@@ -384,6 +388,63 @@ TEST(FlightRecorder, SameSeedSameBytesOtherSeedOtherBytes)
   }
   for (const char* label : {"IMU", "VELOCITY", "GPS", "VELODYNE"}) EXPECT_GT(changed[label], 0);
   EXPECT_EQ(changed["GROUND_TRUTH"], 0);
+}
+
+TEST(FlightRecorder, RawlogIsByteIdenticalAndReadsBackAsTheTruth)
+{
+  Recording recording;
+  recording.suite.gps.lever_m = {0.0, 0.0, 0.2};
+  const test::TempFile one("1.rawlog"), two("2.rawlog");
+  for (const auto* file : {&one, &two})
+  {
+    mrpt_io::RawlogWriter writer(file->path());
+    for (const auto& observation : recording.all(3)) writer.write(*observation);
+    writer.close();
+  }
+  EXPECT_EQ(one.content(), two.content());
+
+  mrpt_io::InputConfig config;
+  config.datum = "47.3667,8.55,450";
+  mrpt_io::ObservationDecoder decoder(config);
+  mrpt_io::RawlogReader reader(one.path());
+  int truths = 0, fixes = 0, velocities = 0, scans = 0;
+  while (const auto observation = reader.next())
+  {
+    if (const auto truth = decoder.truth(*observation))
+    {
+      const auto pose = recording.flight.pose(truth->t);
+      EXPECT_LT((truth->position - pose.translation()).norm(), 1e-5);
+      ++truths;
+      continue;
+    }
+    for (const core::Measurement& m : decoder.decode(*observation))
+    {
+      const MotionSample now = recording.flight.at(core::timeOf(m));
+      if (const auto* fix = std::get_if<core::PositionFix>(&m))
+      {
+        const Vector3d error = fix->p_W - now.p_W - now.q_WB * fix->lever_B;
+        EXPECT_LT(error.cwiseQuotient(fix->sigma).norm(), 6.0);
+        EXPECT_NEAR(fix->lever_B.z(), 0.2, 1e-6);
+        ++fixes;
+      }
+      if (const auto* v = std::get_if<core::VelocityFix>(&m); v && v->source == "VELOCITY")
+      {
+        EXPECT_LT((v->v - now.v_W).norm(), 0.3);
+        ++velocities;
+      }
+      if (const auto* imu = std::get_if<core::ImuSample>(&m))
+      {
+        const Vector3d force = now.q_WB.conjugate() * (now.a_W + Vector3d(0, 0, kGravity));
+        EXPECT_LT((imu->f_B - force).norm(), 0.6);
+      }
+      if (const auto* scan = std::get_if<core::RangeScan>(&m))
+        scans += scan->points.size() > 5000 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(truths, 50);
+  EXPECT_GT(fixes, 5);
+  EXPECT_GT(velocities, 50);
+  EXPECT_GT(scans, 10);
 }
 
 TEST(FlightRecorder, OneSensorDoesNotDisturbAnother)
