@@ -11,6 +11,6 @@ cmake/install-packages.sh
 cmake --build build/demo --target slalom-replay slalom_tracker
 
 flight=datasets/forest_slalom
-build/demo/bin/slalom-replay --config "$flight/flight.ini" --rawlog "$flight/flight.rawlog" \
+build/demo/bin/slalom-replay --config "$flight/replay.ini" --rawlog "$flight/flight.rawlog" \
   --out slalom-report --overwrite "$@"
 echo "The report is in $(pwd)/slalom-report; the first page to look at is slalom-report/overview.png"

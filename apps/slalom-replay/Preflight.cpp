@@ -2,6 +2,7 @@
 #include "Preflight.h"
 
 #include <mrpt/obs/CObservationGPS.h>
+#include <mrpt/obs/CObservationRotatingScan.h>
 
 #include <optional>
 
@@ -13,10 +14,22 @@ namespace
 {
 using engine::StateSourceKind;
 
-bool isVolumetric(const std::string& name)
+enum class Range
 {
+  None,
+  Planar,
+  Volumetric
+};
+
+Range rangeOf(const mrpt::obs::CObservation& observation, const std::string& name)
+{
+  if (name == "CObservation2DRangeScan") return Range::Planar;
+  if (const auto* scan = dynamic_cast<const mrpt::obs::CObservationRotatingScan*>(&observation))
+    return scan->rowCount > 1 ? Range::Volumetric : Range::Planar;
   return name == "CObservationVelodyneScan" || name == "CObservationPointCloud" ||
-         name == "CObservation3DRangeScan" || name == "CObservationRotatingScan";
+                 name == "CObservation3DRangeScan"
+             ? Range::Volumetric
+             : Range::None;
 }
 
 bool hasPosition(const mrpt::obs::CObservation& observation)
@@ -79,8 +92,9 @@ Preflight inspect(const std::filesystem::path& rawlog, const std::string& truth_
       const std::string name = observation->GetRuntimeClass()->className;
       const std::string bare = name.substr(name.rfind(':') + 1);
       ++seen.observations[bare];
-      seen.volumetric_range |= isVolumetric(bare);
-      seen.planar_range |= bare == "CObservation2DRangeScan";
+      const Range range = rangeOf(*observation, bare);
+      seen.volumetric_range |= range == Range::Volumetric;
+      seen.planar_range |= range == Range::Planar;
       seen.imu |= bare == "CObservationIMU";
       seen.odometry |= bare == "CObservationOdometry";
       if (bare == "CObservationRobotPose")

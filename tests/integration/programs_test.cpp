@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/** The programs as a user meets them: exit codes, one clear line on stderr, nothing lost. Runs the
+ * built programs on a short recording that it makes itself, and on what Debian's mrpt-common
+ * installs. */
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "SharedData.h"
+
+namespace
+{
+namespace fs = std::filesystem;
+
+const std::string kBin = SLALOM_BIN_DIR;
+
+struct Result
+{
+  int code = -1;
+  std::string output;  ///< stdout and stderr
+};
+
+Result call(const std::string& command)
+{
+  Result result;
+  FILE* pipe = popen(("exec 2>&1; " + command).c_str(), "r");
+  char block[4096];
+  while (const std::size_t n = std::fread(block, 1, sizeof block, pipe))
+    result.output.append(block, n);
+  const int status = pclose(pipe);
+  result.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return result;
+}
+
+std::string slurp(const fs::path& file)
+{
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void spill(const fs::path& file, const std::string& content)
+{
+  std::ofstream(file, std::ios::binary) << content;
+}
+
+/// A recording of some seconds past one tree, made once.
+class Programs : public testing::Test
+{
+ protected:
+  static void SetUpTestSuite()
+  {
+    folder_ = fs::temp_directory_path() / ("slalom_programs_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    spill(folder_ / "world.csv", "x,y,radius,height\n4,0.1,0.3,6\n2,3,0.3,6\n7,-2,0.4,6\n");
+    spill(folder_ / "flown.csv", "x,y,z\n0,0,1.5\n4,1.6,1.5\n8,0,1.5\n");
+    spill(folder_ / "mission.csv", "x,y,z\n0,0,1.5\n8,0,1.5\n");
+    const Result made = call(kBin + "/slalom-record -q --seed 3 --world " + path("world.csv") +
+                             " --trajectory " + path("flown.csv") + " --rawlog " +
+                             path("flight.rawlog") + " --set gps.datum=47.3667,8.55,450");
+    ASSERT_EQ(made.code, 0) << made.output;
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder_); }
+
+  static std::string path(const std::string& name) { return (folder_ / name).string(); }
+
+  static Result replay(const std::string& rawlog, const std::string& out,
+                       const std::string& more = "")
+  {
+    return call(kBin + "/slalom-replay -q --set report.picture_interval_s=5 --rawlog '" + rawlog +
+                "' -o " + path(out) + " " + more);
+  }
+  static Result replayFlight(const std::string& out, const std::string& more = "")
+  {
+    return replay(
+        path("flight.rawlog"), out,
+        "--mission " + path("mission.csv") + " --set input.datum=47.3667,8.55,450 " + more);
+  }
+  static nlohmann::json metrics(const std::string& out)
+  {
+    return nlohmann::json::parse(slurp(path(out + "/metrics.json")));
+  }
+
+  static fs::path folder_;
+};
+fs::path Programs::folder_;
+
+TEST_F(Programs, ReplayReachesTheGoalAndWritesTheReport)
+{
+  const Result run = replayFlight("good");
+  EXPECT_EQ(run.code, 0) << run.output;
+  for (const char* name :
+       {"metrics.json", "cycles.csv", "commands.csv", "estimate.tum", "reference.tum",
+        "refined.tum", "setpoints.tum", "truth.tum", "overview.png", "timing.png", "tracking.png",
+        "map.bt", "effective.ini", "cycles/000000.png"})
+    EXPECT_TRUE(fs::exists(path(std::string("good/") + name))) << name;
+  const auto m = metrics("good");
+  EXPECT_EQ(m["result"]["name"], "GOAL_REACHED");
+  EXPECT_GT(m["planning"]["refined_ok"], 10);
+  EXPECT_LT(m["tracking"]["estimate_error_m"]["mean"], 1.0);
+  EXPECT_GT(m["input"]["points_per_scan"]["median"], 1000);
+}
+
+TEST_F(Programs, ReplayIsBitIdenticalAndVerifies)
+{
+  ASSERT_EQ(replayFlight("first").code, 0);
+  const Result same = replayFlight("second", "--verify " + path("first"));
+  EXPECT_EQ(same.code, 0) << same.output;
+  EXPECT_NE(same.output.find("verified"), std::string::npos) << same.output;
+  for (const char* name : {"cycles.csv", "commands.csv", "estimate.tum", "refined.tum",
+                           "setpoints.tum", "overview.png"})
+    EXPECT_EQ(slurp(path(std::string("first/") + name)), slurp(path(std::string("second/") + name)))
+        << name;
+
+  const Result other =
+      replayFlight("third", "--verify " + path("first") + " --set global_planner.clearance_m=0.9");
+  EXPECT_EQ(other.code, 7) << other.output;
+  EXPECT_NE(other.output.find("first differing cycle"), std::string::npos) << other.output;
+}
+
+TEST_F(Programs, ReplayRunsThreaded)
+{
+  // Paced, so that the threads keep up; the goal is the recording's, whatever the threads do.
+  const Result run = replayFlight("threaded", "--threaded --rate 4");
+  EXPECT_EQ(run.code, 0) << run.output;
+  EXPECT_GT(metrics("threaded")["planning"]["replans"], 5);
+}
+
+TEST_F(Programs, ReplayNamesAMistakeInTheConfiguration)
+{
+  spill(path("bad.ini"), "[mapping]\nresolutoin_m = 0.2\n");
+  Result run = replayFlight("bad", "-c " + path("bad.ini"));
+  EXPECT_EQ(run.code, 2);
+  EXPECT_NE(run.output.find("bad.ini:2"), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("resolution_m"), std::string::npos) << "did you mean: " << run.output;
+
+  run = replayFlight("bad", "--set vehicle.radius_m=nan");
+  EXPECT_EQ(run.code, 2) << run.output;
+  run = replayFlight("bad", "--set vehicle.radius_m=1.5x");
+  EXPECT_EQ(run.code, 2) << run.output;
+  run = replayFlight("bad", "--set vehicle.radius_m=0.9");
+  EXPECT_EQ(run.code, 2) << "clearance below radius: " << run.output;
+  EXPECT_NE(run.output.find("clearance_m"), std::string::npos) << run.output;
+  EXPECT_EQ(replayFlight("bad", "-c /nonexistent.ini").code, 2);
+  EXPECT_EQ(replayFlight("bad", "--no-such-option").code, 2);
+  EXPECT_FALSE(fs::exists(path("bad"))) << "nothing is written before the configuration is good";
+}
+
+TEST_F(Programs, ReplayRefusesWhatIsNoRecording)
+{
+  spill(path("empty.rawlog"), "");
+  spill(path("text.rawlog"), "this is a text file, not a recording\n");
+  EXPECT_EQ(replay(path("empty.rawlog"), "none").code, 3);
+  EXPECT_EQ(replay(path("text.rawlog"), "none").code, 3);
+  const Result missing = replay("/nonexistent.rawlog", "none");
+  EXPECT_EQ(missing.code, 3);
+  EXPECT_NE(missing.output.find("/nonexistent.rawlog"), std::string::npos) << missing.output;
+  EXPECT_EQ(std::count(missing.output.begin(), missing.output.end(), '\n'), 1) << missing.output;
+}
+
+TEST_F(Programs, ReplayKeepsWhatLiesBeforeTheDamage)
+{
+  const std::string whole = slurp(path("flight.rawlog"));
+  spill(path("cut.rawlog"), whole.substr(0, whole.size() / 2));
+  const Result run = replay(path("cut.rawlog"), "cut");
+  EXPECT_EQ(run.code, 3) << run.output;
+  ASSERT_TRUE(fs::exists(path("cut/metrics.json"))) << run.output;
+  EXPECT_EQ(metrics("cut")["result"]["name"], "INPUT_DAMAGED");
+  EXPECT_GT(metrics("cut")["duration_s"], 1.0);
+
+  std::string flipped = whole;
+  flipped[flipped.size() / 2] = char(flipped[flipped.size() / 2] ^ 0x10);
+  spill(path("flip.rawlog"), flipped);
+  EXPECT_EQ(replay(path("flip.rawlog"), "flip").code, 3);
+}
+
+TEST_F(Programs, ReplayDoesNotOverwriteUnasked)
+{
+  ASSERT_EQ(replayFlight("mine").code, 0);
+  const std::string before = slurp(path("mine/metrics.json"));
+  const Result again = replayFlight("mine");
+  EXPECT_EQ(again.code, 2) << again.output;
+  EXPECT_EQ(slurp(path("mine/metrics.json")), before);
+  EXPECT_EQ(replayFlight("mine", "-w").code, 0);
+}
+
+TEST_F(Programs, ReplaySaysThatItCannotWrite)
+{
+  const Result run =
+      call(kBin + "/slalom-replay -q --rawlog " + path("flight.rawlog") + " -o /proc/slalom");
+  EXPECT_EQ(run.code, 2) << run.output;
+  EXPECT_NE(run.output.find("/proc/slalom"), std::string::npos) << run.output;
+}
+
+TEST_F(Programs, ReplayFinishesTheReportOnCtrlC)
+{
+  const Result run = call("timeout -s INT 2 " + kBin + "/slalom-replay -q --rate 1 --rawlog " +
+                          path("flight.rawlog") + " -o " + path("interrupted") + "; echo code $?");
+  EXPECT_NE(run.output.find("INTERRUPTED"), std::string::npos) << run.output;
+  EXPECT_TRUE(fs::exists(path("interrupted/overview.png"))) << run.output;
+  EXPECT_EQ(metrics("interrupted")["result"]["code"], 130);
+}
+
+TEST_F(Programs, ReplayChecksWithoutPlaying)
+{
+  const Result run = replayFlight("dry", "--dry-run");
+  EXPECT_EQ(run.code, 0) << run.output;
+  EXPECT_FALSE(fs::exists(path("dry")));
+}
+
+TEST_F(Programs, EveryProgramHasHelpAndVersion)
+{
+  for (const char* program : {"slalom-replay", "slalom-record", "slalom-import", "slalom-doctor"})
+  {
+    EXPECT_EQ(call(kBin + "/" + program + " --help").code, 0) << program;
+    EXPECT_EQ(call(kBin + "/" + program + " --version").code, 0) << program;
+    EXPECT_EQ(call(kBin + "/" + program + " --nonsense").code, 2) << program;
+  }
+}
+
+/// The recordings of Debian's mrpt-common: what each must be answered with.
+struct Installed
+{
+  const char* file;
+  int code;
+  const char* says;
+};
+
+class InstalledRecording : public Programs, public testing::WithParamInterface<Installed>
+{
+};
+
+TEST_P(InstalledRecording, IsAnsweredSensibly)
+{
+  const fs::path file = fs::path("/usr/share/mrpt/datasets") / GetParam().file;
+  if (!fs::exists(file)) GTEST_SKIP() << file << " is not installed (package mrpt-common)";
+  const Result run = replay(file.string(), std::string("installed_") + GetParam().file, "-w");
+  EXPECT_EQ(run.code, GetParam().code) << run.output;
+  EXPECT_NE(run.output.find(GetParam().says), std::string::npos) << run.output;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Mrpt, InstalledRecording,
+    testing::Values(Installed{"test_velodyne_VLP16.rawlog", 0, "MAPPED"},
+                    Installed{"rot_scan_velodyne.rawlog", 0, "MAPPED"},
+                    Installed{"rot_scan_2d.rawlog", 3, "2-D"},
+                    Installed{"tests_rgbd.rawlog", 0, "MAPPED"},
+                    Installed{"test_rtk_path.rawlog", 0, "ESTIMATED"},
+                    Installed{"2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog", 3,
+                              "2-D laser log"},
+                    Installed{"localization_demo.rawlog", 3, "2-D laser log"},
+                    Installed{"kf-slam_6D_demo.rawlog", 3, "not a flight"},
+                    Installed{"RO-SLAM_demo.rawlog", 3, "not a flight"}),
+    [](const auto& info)
+    {
+      std::string name = info.param.file;
+      for (char& c : name)
+        if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+      return name;
+    });
+
+/// The evaluation recordings, where they are present.
+class SharedRecording : public Programs,
+                        public testing::WithParamInterface<std::pair<const char*, const char*>>
+{
+};
+
+TEST_P(SharedRecording, IsPlayed)
+{
+  const fs::path file = slalom::test::sharedData(fs::path("real") / GetParam().first);
+  if (!fs::exists(file)) GTEST_SKIP() << file << " is not here";
+  const Result run = replay(file.string(), "shared", "-w --set report.picture_interval_s=0");
+  EXPECT_EQ(run.code, 0) << run.output;
+  EXPECT_NE(run.output.find(GetParam().second), std::string::npos) << run.output;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Real, SharedRecording,
+    testing::Values(std::pair{"vlp16_einride_static/vlp16_13rev.rawlog", "MAPPED"},
+                    std::pair{"vlp16_mrpt_pcap_gps/vlp16_gps.rawlog", "MAPPED"},
+                    std::pair{"vlp16_mrpt_pcap_gps/test_velodyne_VLP16.rawlog", "MAPPED"},
+                    std::pair{"rtk_gps_mrpt/test_rtk_path.rawlog", "ESTIMATED"},
+                    std::pair{"inav_3dr_quad/flight.rawlog", "ESTIMATED"},
+                    std::pair{"px4_indoor_offboard/flight.rawlog", "ESTIMATED"},
+                    std::pair{"px4_outdoor_manual_fast/flight.rawlog", "ESTIMATED"},
+                    std::pair{"px4_outdoor_mission_motorfail/flight.rawlog", "ESTIMATED"}));
+
+}  // namespace
