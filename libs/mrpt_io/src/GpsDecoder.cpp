@@ -109,8 +109,10 @@ void GpsDecoder::decode(const mrpt::obs::CObservationGPS& gps, double t,
     ++dropped[reason];
     return;
   }
-  const Eigen::Vector3d geodetic(gga->fields.latitude_degrees, gga->fields.longitude_degrees,
-                                 gga->fields.altitude_meters);
+  // MRPT packs its messages: values must be copied before anything takes a reference to them.
+  const double latitude = gga->fields.latitude_degrees, longitude = gga->fields.longitude_degrees;
+  const double height = gga->fields.altitude_meters;
+  const Eigen::Vector3d geodetic(latitude, longitude, height);
   if (!frame_) frame_.emplace(geodetic);
   const double hdop = hdopOf(*gga);
   core::PositionFix fix;

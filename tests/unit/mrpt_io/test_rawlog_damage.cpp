@@ -21,6 +21,14 @@ constexpr bool kSanitized = true;
 constexpr bool kSanitized = false;
 #endif
 
+#if defined(__SANITIZE_ADDRESS__)
+/// MRPT 2.5.8 loses a GPS message (some 80 bytes) when the stream ends inside it.
+extern "C" const char* __lsan_default_suppressions()
+{
+  return "leak:mrpt::obs::gnss::gnss_message::Factory\n";
+}
+#endif
+
 namespace
 {
 struct RawlogDamage : ::testing::Test
