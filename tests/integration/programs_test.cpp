@@ -75,7 +75,7 @@ class Programs : public testing::Test
                        const std::string& more = "")
   {
     return call(kBin + "/slalom-replay -q --set report.picture_interval_s=5 --rawlog '" + rawlog +
-                "' -o " + path(out) + " " + more);
+                "' -o '" + path(out) + "' " + more);
   }
   static Result replayFlight(const std::string& out, const std::string& more = "")
   {

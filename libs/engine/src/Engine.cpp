@@ -24,7 +24,7 @@ using global_planner::RefinedReference;
 using global_planner::RefineOutcome;
 using spline::UniformBSpline;
 
-constexpr double kMergeWithStart_m = 1.0;  // a first waypoint this near is the vehicle's own place
+constexpr double kJoin_m = 3.0;  // a vehicle this near to a leg of the mission joins it there
 constexpr double kAtRest_mps = 0.1;
 
 /// One mission in flight. R is fitted in the world frame once and follows the drift of the local
@@ -46,16 +46,37 @@ struct Flight
   }
 };
 
+double distanceToLeg(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b)
+{
+  const double length2 = (b - a).squaredNorm();
+  const double u = length2 > 0.0 ? std::clamp((p - a).dot(b - a) / length2, 0.0, 1.0) : 0.0;
+  return (a + u * (b - a) - p).norm();
+}
+
+/// Index of the first waypoint to fly to: 0, or the end of the leg that the vehicle has already
+/// joined.
+Eigen::Index firstAhead(const Eigen::Matrix3Xd& waypoints, const Eigen::Vector3d& p_W)
+{
+  Eigen::Index first = 0;
+  double nearest = kJoin_m;
+  // Only consecutive legs: a mission that comes back to its start is not cut short.
+  for (Eigen::Index leg = 0; leg + 1 < waypoints.cols(); ++leg)
+  {
+    const double distance = distanceToLeg(p_W, waypoints.col(leg), waypoints.col(leg + 1));
+    if (distance >= nearest) break;
+    nearest = distance;
+    first = leg + 1;
+  }
+  return first;
+}
+
 UniformBSpline fitReference(const Mission& mission, const core::VehicleState& state,
                             const EngineConfig& config)
 {
-  const Eigen::Matrix3Xd& given = mission.waypoints_W;
-  const bool starts_here =
-      given.cols() >= 2 && (given.col(0) - state.p_W).norm() < kMergeWithStart_m;
-  const Eigen::Index used = given.cols() - (starts_here ? 1 : 0);
+  const Eigen::Index used = mission.waypoints_W.cols() - firstAhead(mission.waypoints_W, state.p_W);
   Eigen::Matrix3Xd waypoints(3, used + 1);
   waypoints.col(0) = state.p_W;
-  waypoints.rightCols(used) = given.rightCols(used);
+  waypoints.rightCols(used) = mission.waypoints_W.rightCols(used);
   spline::FitLimits limits;
   limits.max_speed = config.planned().max_speed_mps;
   limits.max_acceleration = config.planned().max_acceleration_mps2;

@@ -32,8 +32,15 @@ void ReferenceClock::advance(double dt, const spline::UniformBSpline& curve,
                              const core::Vehicle& vehicle)
 {
   constexpr double kBack_s = 1.0, kAhead_s = 4.0, kPreview_s = 1.5;
-  const double nearest = curve.project(p_L, std::max(curve.start(), progress_ - kBack_s),
-                                       std::min(curve.end(), progress_ + kAhead_s));
+  const double back = std::max(curve.start(), progress_ - kBack_s);
+  double nearest = curve.project(p_L, back, std::min(curve.end(), progress_ + kAhead_s));
+  // A vehicle that is taken along another way (wind, a pilot, a recording) is met again farther on.
+  constexpr double kLost_m = 2.0;
+  const auto distanceAt = [&](double t) { return (curve.position(t) - p_L).norm(); };
+  if (distanceAt(nearest) > kLost_m)
+    if (const double farther = curve.project(p_L, back, curve.end());
+        distanceAt(farther) < 0.5 * distanceAt(nearest))
+      nearest = farther;
   rate_ = paceLimit(curve, progress_, std::min(curve.end(), progress_ + kPreview_s), vehicle);
   const double wanted = std::clamp(progress_ + rate_ * dt, nearest, nearest + max_lead_s_);
   progress_ = std::max(progress_, std::min(wanted, std::max(stop_at, curve.start())));

@@ -16,7 +16,7 @@ struct GlobalPlannerConfig
   double piece_m = 1.5;                 ///< [m] longest piece of the convex decomposition
   double box_lateral_m = 2.0, box_along_m = 1.0, box_vertical_m = 2.0;  ///< [m] local box
   double max_offset_m = 8.0;  ///< [m] box constraint: control points stay this near to R
-  double max_climb_m = 1.0;   ///< [m] box constraint: never farther above or below R than this
+  double max_climb_m = 0.5;   ///< [m] box constraint: never farther above or below R than this
   double min_altitude_m = 0.3, max_altitude_m = 50.0;  ///< [m] box constraint in z, world frame
   double restart_distance_m =
       1.0;                    ///< [m] farther from its plan than this the vehicle gets a new start
