@@ -8,6 +8,7 @@
 
 #include "ErrorText.h"
 #include "Files.h"
+#include "slalom/mrpt_io/Encoders.h"
 #include "slalom/mrpt_io/RawlogReader.h"
 #include "slalom/mrpt_io/RawlogWriter.h"
 
@@ -47,14 +48,15 @@ TEST(RawlogWriter, MrptReadsIt)
 {
   const test::TempFolder folder;
   RawlogWriter writer(folder.path() / "a.rawlog");
-  writeComments(writer, 25);
+  for (int i = 0; i < 25; ++i)
+    writer.write(*mrpt_io::makeVelocityObservation(1.7e9 + i, Eigen::Vector3d(i, 0, 0)));
   writer.close();
   mrpt::obs::CRawlog rawlog;
   ASSERT_TRUE(rawlog.loadFromRawLogFile((folder.path() / "a.rawlog").string()));
   ASSERT_EQ(rawlog.size(), 25U);
   for (std::size_t i = 0; i < rawlog.size(); ++i)
-    EXPECT_NEAR(mrpt::Clock::toDouble(rawlog.getAsObservation(i)->timestamp), 1.7e9 + double(i),
-                1e-6);
+    EXPECT_NEAR(mrpt::Clock::toDouble(rawlog.getAsObservation(i)->timestamp),
+                1.7e9 + static_cast<double>(i), 1e-6);
 }
 
 TEST(RawlogWriter, LeavesNothingWhenAbandoned)
