@@ -64,7 +64,7 @@ class Programs : public testing::Test
     spill(folder_ / "mission.csv", "x,y,z\n0,0,1.5\n8,0,1.5\n");
     const Result made = call(kBin + "/slalom-record -q --seed 3 --world " + path("world.csv") +
                              " --trajectory " + path("flown.csv") + " --rawlog " +
-                             path("flight.rawlog") + " --set gps.datum=47.3667,8.55,450");
+                             path("flight.rawlog") + " --set gps.datum=47.3667,8.55,450 --set gps.bias_sigma_m=0.05 --set gps.sigma_m=0.05 --set gps.sigma_up_m=0.1");
     ASSERT_EQ(made.code, 0) << made.output;
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
