@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "Pipeline.h"
+#include "ReferenceClock.h"
+#include "ScanAssembler.h"
+#include "StateSource.h"
+#include "slalom/core/Rng.h"
+#include "slalom/mrpt_io/ConfigBinder.h"
+#include "slalom/spline/WaypointFit.h"
+
+namespace slalom::engine
+{
+namespace
+{
+spline::UniformBSpline straight()
+{
+  Eigen::Matrix3Xd ends(3, 2);
+  ends << 0, 20, 0, 0, 1, 1;
+  return spline::fitWaypoints(ends, {1.0, 1.0, 0.2});
+}
+
+TEST(ReferenceClock, RunsWithTimeWhenTheVehicleKeepsUp)
+{
+  const spline::UniformBSpline r = straight();
+  ReferenceClock clock(0.6);
+  clock.restart(0.0);
+  for (int k = 0; k < 100; ++k) clock.advance(0.05, r, r.position(clock.progress()), r.end(), {});
+  EXPECT_NEAR(clock.progress(), 5.0, 1e-6);
+}
+
+TEST(ReferenceClock, WaitsForABlockedVehicleAndResumesWithoutAJump)
+{
+  const spline::UniformBSpline r = straight();
+  ReferenceClock clock(0.6);
+  clock.restart(5.0);
+  const Eigen::Vector3d held = r.position(5.0);
+  for (int k = 0; k < 100; ++k) clock.advance(0.05, r, held, r.end(), {});
+  EXPECT_LE(clock.progress(), 5.0 + 0.6 + 1e-3);
+  const double before = clock.progress();
+  clock.advance(0.05, r, held, r.end(), {});
+  EXPECT_LE(std::abs(clock.progress() - before), 0.05 + 1e-9);
+}
+
+TEST(ReferenceClock, NeverRunsBackwardsNorPastTheStop)
+{
+  const spline::UniformBSpline r = straight();
+  core::Rng rng(1);
+  ReferenceClock clock(0.6);
+  clock.restart(0.0);
+  double last = 0.0;
+  for (int k = 0; k < 500; ++k)
+  {
+    clock.advance(0.05, r, r.position(last) + rng.normal3(0.3), 12.0, {});
+    EXPECT_GE(clock.progress(), last);
+    EXPECT_LE(clock.progress(), 12.0);
+    last = clock.progress();
+  }
+}
+
+TEST(ReferenceClock, SlowsWhereTheCurveAsksForTooMuch)
+{
+  const spline::UniformBSpline r = straight();
+  core::Vehicle slow;
+  slow.max_speed_mps = 0.4;
+  ReferenceClock clock(0.6);
+  clock.restart(6.0);
+  clock.advance(0.05, r, r.position(6.0), r.end(), slow);
+  EXPECT_NEAR(clock.rate() * r.velocity(6.0).x(), 0.4, 0.02);
+}
+
+TEST(Worker, DropsTheOldestWhenItIsLate)
+{
+  std::atomic<int> seen{0};
+  std::atomic<bool> go{false};
+  Worker<int> worker(2,
+                     [&](int job)
+                     {
+                       while (!go) std::this_thread::yield();
+                       seen += job;
+                     });
+  std::size_t dropped = worker.submit(1);
+  while (dropped == 0 && seen == 0)
+  {
+    // The first job is being held; of the next three the oldest goes.
+    dropped += worker.submit(10) + worker.submit(100) + worker.submit(1000);
+    break;
+  }
+  go = true;
+  worker.drain();
+  EXPECT_GE(dropped, 1u);
+  EXPECT_GE(seen.load(), 1100) << "the newest two are always worked on";
+}
+
+core::PositionFix fixAt(double t)
+{
+  core::PositionFix fix;
+  fix.t = t;
+  return fix;
+}
+
+TEST(StateSource, AutoPrefersFusionOverPoses)
+{
+  StateSource source({}, {});
+  core::PoseFix pose;
+  source.add(pose);
+  EXPECT_EQ(source.kind(), StateSourceKind::Auto);
+  source.add(fixAt(0.3));
+  EXPECT_EQ(source.kind(), StateSourceKind::Fusion);
+}
+
+TEST(StateSource, AutoFollowsPosesWhenThereIsNothingElse)
+{
+  StateSource source({}, {});
+  for (int k = 0; k < 40; ++k)
+  {
+    core::PoseFix pose;
+    pose.t = 0.05 * k;
+    pose.T_WB.translation() = Eigen::Vector3d(5.0 + 0.05 * k, 2.0, 1.0);
+    source.add(pose);
+  }
+  ASSERT_EQ(source.kind(), StateSourceKind::PoseObservation);
+  const auto state = source.state(1.95);
+  ASSERT_TRUE(state);
+  EXPECT_NEAR(state->p_W.x(), 6.95, 0.1);
+  EXPECT_NEAR((state->p_L - state->p_W).norm(), 0.0, 0.2) << "the local frame begins as the world";
+}
+
+TEST(StateSource, AutoStandsStillWithoutAnySource)
+{
+  StateConfig config;
+  config.wait_s = 1.0;
+  StateSource source(config, {});
+  core::RangeScan scan;
+  source.add(scan);
+  scan.t = 1.5;
+  source.add(scan);
+  EXPECT_EQ(source.kind(), StateSourceKind::Static);
+  ASSERT_TRUE(source.state(2.0));
+  EXPECT_EQ(source.state(2.0)->p_L.norm(), 0.0);
+}
+
+TEST(ScanAssembler, UndoesTheMotionDuringAScan)
+{
+  // A vehicle at 2 m/s looks at one point for 0.1 s: compensated, all returns are that point.
+  StateConfig config;
+  config.source = StateSourceKind::Truth;
+  StateSource source(config, {});
+  const Eigen::Vector3d velocity(2.0, 0.0, 0.0), target(6.0, 1.0, 0.5);
+  for (int k = 0; k <= 60; ++k)
+  {
+    core::PoseFix pose;
+    pose.t = 0.01 * k;
+    pose.T_WB.translation() = velocity * pose.t;
+    source.add(pose);
+  }
+  core::RangeScan scan;
+  scan.t = 0.4;
+  scan.duration = 0.1;
+  scan.T_BS.translation() = Eigen::Vector3d(0.1, 0.0, 0.05);
+  for (int k = 0; k <= 10; ++k)
+  {
+    const double dt = 0.01 * k;
+    const Eigen::Vector3d p_S = target - velocity * (scan.t + dt) - scan.T_BS.translation();
+    scan.points.push_back({p_S.cast<float>(), float(dt)});
+  }
+  ScanAssembler assembler;
+  assembler.add(scan);
+  std::map<std::string, std::uint64_t> dropped;
+  const std::vector<MapJob> jobs = assembler.take(source, 0.6, dropped);
+  ASSERT_EQ(jobs.size(), 1u);
+  for (const core::Ray& ray : jobs[0].rays)
+    EXPECT_LT((ray.end_L.cast<double>() - target).norm(), 0.03);
+}
+
+TEST(ScanAssembler, WaitsForTheEstimateAndDropsWhatNeverGetsOne)
+{
+  StateConfig config;
+  config.source = StateSourceKind::Truth;
+  StateSource source(config, {});
+  ScanAssembler assembler;
+  core::RangeScan scan;
+  scan.t = 1.0;
+  scan.duration = 0.1;
+  assembler.add(scan);
+  std::map<std::string, std::uint64_t> dropped;
+  EXPECT_TRUE(assembler.take(source, 1.2, dropped).empty());
+  EXPECT_TRUE(dropped.empty()) << "still waiting";
+  EXPECT_TRUE(assembler.take(source, 2.0, dropped).empty());
+  EXPECT_EQ(dropped["scan without pose"], 1u);
+}
+
+TEST(EngineConfig, EveryRuleBetweenFieldsNamesBothValues)
+{
+  const auto complaint = [](auto&& change)
+  {
+    EngineConfig config;
+    change(config);
+    try
+    {
+      check(config);
+    }
+    catch (const mrpt_io::ConfigError& error)
+    {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(complaint([](EngineConfig&) {}), "");
+  EXPECT_NE(complaint([](EngineConfig& c) { c.mapping.window_xy_m = 8; }).find("update_range_m"),
+            std::string::npos);
+  EXPECT_NE(complaint([](EngineConfig& c) { c.vehicle.radius_m = 0.9; }).find("clearance_m"),
+            std::string::npos);
+  EXPECT_NE(
+      complaint([](EngineConfig& c) { c.mapping.max_distance_m = 0.5; }).find("max_distance_m"),
+      std::string::npos);
+  EXPECT_NE(complaint([](EngineConfig& c) { c.global_planner.horizon_m = 30; }).find("horizon_m"),
+            std::string::npos);
+  EXPECT_NE(complaint([](EngineConfig& c) { c.local_planner.step_s = 0.5; }).find("step_s"),
+            std::string::npos);
+}
+
+TEST(Configuration, EveryShippedFileLoads)
+{
+  int files = 0;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(SLALOM_SOURCE_DIR "/configs"))
+  {
+    if (entry.path().extension() != ".ini") continue;
+    SCOPED_TRACE(entry.path());
+    const auto document = mrpt_io::IniDocument::read(entry.path());
+    mrpt_io::ConfigBinder binder(document);
+    EngineConfig config;
+    bind(binder, config);
+    for (const char* other : {"input", "report", "replay"}) binder.ignore(other);
+    binder.finish();
+    check(config);
+    ++files;
+  }
+  EXPECT_GE(files, 3);
+}
+
+}  // namespace
+}  // namespace slalom::engine
