@@ -258,9 +258,9 @@ INSTANTIATE_TEST_SUITE_P(
                     Installed{"localization_demo.rawlog", 3, "2-D laser log"},
                     Installed{"kf-slam_6D_demo.rawlog", 3, "not a flight"},
                     Installed{"RO-SLAM_demo.rawlog", 3, "not a flight"}),
-    [](const auto& info)
+    [](const auto& recording)
     {
-      std::string name = info.param.file;
+      std::string name = recording.param.file;
       for (char& c : name)
         if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
       return name;
