@@ -148,7 +148,7 @@ LocalPlanner::Impl::Impl(const LocalPlannerConfig& given, const core::Vehicle& l
   LocalPlannerConfig::fields(config, RangeCheck());
   core::Vehicle::fields(vehicle, RangeCheck());
   const optim::IpoptConfig ipopt{.tolerance = config.tolerance,
-                                 .max_iterations = config.max_iterations, .initial_barrier = getenv("MU")?atof(getenv("MU")):1e-3};
+                                 .max_iterations = config.max_iterations};
   for (int rows = 0; rows <= config.obstacles_per_stage; ++rows)
     shapes.push_back({NmpcProgram(config, vehicle, rows), optim::IpoptSolver(ipopt)});
 }

@@ -55,8 +55,13 @@ struct LocalPlannerOutput
 /** One step of the local planner [Paper Algorithm 1, local part; Eq. (9)]: P_tn, C_o, NMPC by
  * multiple shooting. State x = [position, yaw], input u = [velocity (world axes), yaw rate];
  * velocity reference from the spline, heading along the path (unwrapped), obstacle distances with
- * exact-penalty slack from stage 1 on, input and acceleration limits. The only state is the warm
- * start; reset() clears it. Never throws after construction. */
+ * exact-penalty slack from stage 1 on, input and acceleration limits. Obstacle distances are
+ * linearised along the expected motion (deviation D-09). The only state is the warm start; reset()
+ * clears it. Never throws after construction, which throws std::invalid_argument on a value out of
+ * its range.
+ *
+ *  If the NMPC gives no plan that may be flown, the last one is flown on for at most 5 steps while
+ * it stays free of obstacles, and after that the vehicle brakes. */
 class LocalPlanner
 {
  public:

@@ -8,20 +8,22 @@ namespace slalom::local_planner
 /// The NMPC [Paper Eq. (9)]. INI section [local_planner].
 struct LocalPlannerConfig
 {
-  int horizon = 15;                ///< [1] N_p, stages
-  double step_s = 0.1;             ///< [s] delta_tc
-  double weight_position = 10.0;   ///< Q, position
-  double weight_yaw = 1.0;         ///< Q, yaw
-  double weight_velocity = 1.0;    ///< R, velocity against the spline's
-  double weight_yaw_rate = 0.1;    ///< R, yaw rate
-  double weight_rate = 2.0;        ///< on the change of input between stages (deviation D-08)
-  double obstacle_penalty = 20.0;  ///< exact (L1) penalty per metre of violated obstacle distance
-  int obstacles_per_stage = 2;     ///< [1] nearest obstacle points kept per stage (C_o)
+  int horizon = 15;               ///< [1] N_p, stages
+  double step_s = 0.1;            ///< [s] delta_tc
+  double weight_position = 10.0;  ///< Q, position
+  double weight_yaw = 1.0;        ///< Q, yaw
+  double weight_velocity = 1.0;   ///< R, velocity against the spline's
+  double weight_yaw_rate = 0.1;   ///< R, yaw rate against the reference's
+  double weight_rate = 2.0;       ///< on the change of input between stages (deviation D-08)
+  /// Exact (L1) penalty per metre of violated obstacle distance and stage. It has to outweigh the
+  /// pull of the reference, 2 (1.5 m weight_position + max_speed weight_velocity / step_s) at most.
+  double obstacle_penalty = 200.0;
+  int obstacles_per_stage = 2;  ///< [1] nearest obstacle points kept per stage (C_o)
   double min_clearance_margin_m =
       0.1;                          ///< [m] obstacle distance asked for beyond the vehicle's radius
   double yaw_hold_speed_mps = 0.2;  ///< [m/s] below this the heading reference holds
   double tolerance = 1e-4;          ///< Ipopt
-  int max_iterations = 40;          ///< Ipopt
+  int max_iterations = 60;          ///< Ipopt
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
@@ -35,10 +37,11 @@ struct LocalPlannerConfig
     v("weight_yaw", c.weight_yaw, Range{0.0, 1e5}, "on the heading error");
     v("weight_velocity", c.weight_velocity, Range{0.0, 1e5},
       "on the difference to the reference velocity");
-    v("weight_yaw_rate", c.weight_yaw_rate, Range{0.0, 1e5}, "on the yaw rate");
+    v("weight_yaw_rate", c.weight_yaw_rate, Range{0.0, 1e5},
+      "on the difference to the yaw rate of the reference");
     v("weight_rate", c.weight_rate, Range{0.0, 1e5}, "on the change of the command between stages");
     v("obstacle_penalty", c.obstacle_penalty, Range{0.0, 1e6},
-      "per metre of violated obstacle distance", Level::Expert);
+      "per metre and stage of violated obstacle distance", Level::Expert);
     v("obstacles_per_stage", c.obstacles_per_stage, Range{0, 20},
       "nearest obstacle points per stage", Level::Expert);
     v("min_clearance_margin_m", c.min_clearance_margin_m, Range{0.0, 5.0},
