@@ -70,7 +70,7 @@ std::vector<Line> numbers(const CycleView& view)
                                metres(view.info.wanted_clearance_m)},
           {"command vx vy vz", triple(r.command.v_W) + " m/s"},
           {"command wz", fixedNumber(r.command.yaw_rate, 2) + " rad/s"},
-          {"velocity vx vy vz", triple(r.state.v_W) + " m/s"},
+          {"velocity vx vy vz", r.has_state ? triple(r.state.v_W) + " m/s" : "-"},
           {"error to R", metres(error)},
           {"error to setpoint", metres(behind)},
           {"to the goal", mission ? metres(r.distance_to_goal_m, 1) : "-"},

@@ -17,7 +17,7 @@ namespace
 /// The vehicle's place; after an estimate that is not finite, the last one that was.
 Eigen::Vector3d placeOf(const CycleView& view)
 {
-  if (view.record.state.p_L.allFinite()) return view.record.state.p_L;
+  if (view.record.has_state && view.record.state.p_L.allFinite()) return view.record.state.p_L;
   for (auto cycle = view.flown.rbegin(); cycle != view.flown.rend(); ++cycle)
     if (cycle->p_L.allFinite()) return cycle->p_L;
   return Eigen::Vector3d::Zero();
@@ -76,7 +76,7 @@ void drawTrail(Canvas& canvas, const Axes& axes, const std::vector<CycleSummary>
   for (const CycleSummary& cycle : flown)
   {
     const Pixel p = axes.toPixel(Eigen::Vector2d(cycle.p_L.head<2>()));
-    if (trail.empty() || (p - trail.back()).norm() > 2.0) trail.push_back(p);
+    if (p.allFinite() && (trail.empty() || (p - trail.back()).norm() > 2.0)) trail.push_back(p);
   }
   canvas.path(trail, style::kTrail);
 }
@@ -136,8 +136,12 @@ void drawPlans(Canvas& canvas, const Axes& axes, const CycleView& view)
     canvas.arrow(axes.toPixel(Eigen::Vector2d(arrow.from_L.head<2>())),
                  axes.toPixel(Eigen::Vector2d(arrow.to_L.head<2>())), style::kDirection, 8.0);
   drawHorizon(canvas, axes, record.horizon);
-  drawVehicle(canvas, axes.toPixel(Eigen::Vector2d(record.state.p_L.head<2>())),
-              view.info.vehicle_radius_m * axes.pixelsPerUnit(), record.state.yaw());
+  if (record.has_state)
+    drawVehicle(canvas, axes.toPixel(Eigen::Vector2d(record.state.p_L.head<2>())),
+                view.info.vehicle_radius_m * axes.pixelsPerUnit(), record.state.yaw());
+  else
+    canvas.text({axes.area.x + 0.5 * axes.area.width, axes.area.y + 0.35 * axes.area.height},
+                "no estimate yet", {28.0, true}, style::kInk, Align::Centre);
   drawGoal(canvas, axes, view);
 }
 }  // namespace

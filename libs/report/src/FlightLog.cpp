@@ -42,34 +42,44 @@ double clearanceOf(const core::CycleRecord& record)
   return record.field->distance(record.state.p_L, core::UnknownAs::Free).value_or(kNone);
 }
 
-const CycleSummary& FlightLog::add(const core::CycleRecord& record)
+void FlightLog::addMotion(const core::CycleRecord& record, CycleSummary& now)
 {
-  CycleSummary now;
-  now.t = record.t;
   now.p_L = record.state.p_L;
   now.speed_mps = record.state.v_W.norm();
-  now.commanded_speed_mps = record.command.v_W.norm();
   now.clearance_m = clearanceOf(record);
-  now.timing = record.timing;
-  now.fallback = fallbackKind(record.fallback);
-  if (record.reference.cols() > 0)
-  {
-    reference_L_ = record.reference;
-    distance_to_goal_m_ = record.distance_to_goal_m;
-    now.reference_z = record.reference_point_L.z();
-    now.vs_reference_m = (record.state.p_L - record.reference_point_L).norm();
-    now.refined_L = record.refined_point_L;
-    now.detour_m = (record.refined_point_L - record.reference_point_L).norm();
-  }
+  // Before the first estimate the last position is NaN, and so is the step.
   if (!cycles_.empty())
   {
     const CycleSummary& before = cycles_.back();
-    if (const double step = (now.p_L - before.p_L).norm(); std::isfinite(step)) length_m_ += step;
-    if (const double dt = now.t - before.t; dt > kShortestStepS)
+    const double step = (now.p_L - before.p_L).norm(), dt = now.t - before.t;
+    if (std::isfinite(step)) length_m_ += step;
+    if (std::isfinite(step) && dt > kShortestStepS)
       max_acceleration_mps2_ =
           std::fmax(max_acceleration_mps2_, (record.state.v_W - last_velocity_W_).norm() / dt);
   }
   last_velocity_W_ = record.state.v_W;
+}
+
+void FlightLog::addMission(const core::CycleRecord& record, CycleSummary& now)
+{
+  reference_L_ = record.reference;
+  distance_to_goal_m_ = record.distance_to_goal_m;
+  now.reference_z = record.reference_point_L.z();
+  now.vs_reference_m = (record.state.p_L - record.reference_point_L).norm();
+  if (record.refined.cols() == 0) return;
+  now.refined_L = record.refined_point_L;
+  now.detour_m = (record.refined_point_L - record.reference_point_L).norm();
+}
+
+const CycleSummary& FlightLog::add(const core::CycleRecord& record)
+{
+  CycleSummary now;
+  now.t = record.t;
+  now.commanded_speed_mps = record.command.v_W.norm();
+  now.timing = record.timing;
+  now.fallback = fallbackKind(record.fallback);
+  if (record.has_state) addMotion(record, now);
+  if (record.has_state && record.reference.cols() > 0) addMission(record, now);
   cycles_.push_back(now);
   countPlanning(record);
   decision_hash_ = record.decision_hash;
@@ -77,8 +87,9 @@ const CycleSummary& FlightLog::add(const core::CycleRecord& record)
   matchSetpoints();
   if (record.horizon.cols() > 0)
     open_setpoints_.push_back({record.t + info_.setpoint_lead_s, record.setpoint_L});
-  open_estimates_.push_back(
-      {record.state.t, record.state.p_W, cycles_.size() - 1, record.state.p_L - record.state.p_W});
+  if (record.has_state)
+    open_estimates_.push_back({record.state.t, record.state.p_W, cycles_.size() - 1,
+                               record.state.p_L - record.state.p_W});
   matchTruth();
   return cycles_.back();
 }

@@ -26,16 +26,17 @@ enum class FallbackKind : std::uint8_t
   Other
 };
 
-/// What is remembered of a cycle. NaN = not there. Fixed size: no strings, no pointers.
+/// What is remembered of a cycle. NaN = not there, p_L too before the first estimate. Fixed size:
+/// no strings, no pointers.
 struct CycleSummary
 {
-  double t = 0.0;                                 ///< [s] log time
-  Eigen::Vector3d p_L = Eigen::Vector3d::Zero();  ///< [m] estimate
+  double t = 0.0;                                          ///< [s] log time
+  Eigen::Vector3d p_L = Eigen::Vector3d::Constant(kNone);  ///< [m] estimate
   Eigen::Vector3d refined_L = Eigen::Vector3d::Constant(kNone);
   double reference_z = kNone;  ///< [m]
   double detour_m = kNone;     ///< |refined - R| at the progress
   double vs_reference_m = kNone, vs_setpoint_m = kNone, estimate_error_m = kNone;
-  double speed_mps = 0.0, commanded_speed_mps = 0.0;
+  double speed_mps = kNone, commanded_speed_mps = 0.0;
   double clearance_m = kNone;
   core::CycleTiming timing;
   FallbackKind fallback = FallbackKind::None;
@@ -67,6 +68,8 @@ class FlightLog
     std::size_t cycle = 0;
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< p_L - p_W then
   };
+  void addMotion(const core::CycleRecord& record, CycleSummary& now);
+  void addMission(const core::CycleRecord& record, CycleSummary& now);
   void countPlanning(const core::CycleRecord& record);
   void matchSetpoints();
   void matchTruth();

@@ -91,7 +91,7 @@ void complete(AtomicFile& file)
 }
 
 constexpr std::string_view kCycleColumns =
-    "t,index,status,fallback,reason,x_m,y_m,z_m,yaw_rad,vx_mps,vy_mps,vz_mps,progress_s,"
+    "t,index,status,fallback,reason,x_m,y_m,z_m,yaw_rad,vx_mps,vy_mps,vz_mps,progress_s,pace,"
     "distance_to_goal_m,clearance_m,error_reference_m,refinement_ran,refinement,"
     "occupied_segments,polyhedra,refined_clearance_m,global_termination,global_iterations,"
     "nmpc_termination,nmpc_iterations,nmpc_cost,nmpc_residual,cmd_vx_mps,cmd_vy_mps,cmd_vz_mps,"
@@ -108,6 +108,7 @@ struct FlightReport::Impl
   AtomicFile cycles, commands, timing;
   detail::TumWriter estimate, reference, refined, setpoints, truth;
   double next_picture_t = -std::numeric_limits<double>::infinity();
+  double next_flush_t = -std::numeric_limits<double>::infinity();
   bool finished = false;
 
   Impl(const ReportConfig& c, std::filesystem::path f, RunInfo i)
@@ -130,9 +131,12 @@ struct FlightReport::Impl
   }
 
   void writeCycleRow(const core::CycleRecord& record, const detail::CycleSummary& summary);
-  void writeSmallRows(const core::CycleRecord& record);
+  void writeCommandRow(const core::CycleRecord& record);
+  void writeTimingRow(const core::CycleRecord& record);
   void writePoses(const core::CycleRecord& record);
   void drawCycle(const core::CycleRecord& record);
+  /// Once per second of the log: a process that dies takes no more than that with it.
+  void flushRows(double t);
   [[nodiscard]] std::array<AtomicFile*, 8> rowFiles()
   {
     return {&cycles,         &commands,     &timing,         &estimate.file,
@@ -157,11 +161,13 @@ void FlightReport::Impl::writeCycleRow(const core::CycleRecord& r, const detail:
   const core::VehicleState& state = r.state;
   detail::CsvRow row;
   row.number(r.t, 6).integer(r.index).text(r.status).text(r.fallback).text(r.reason);
-  for (int axis = 0; axis < 3; ++axis) row.number(state.p_W[axis], 6);
-  row.number(state.yaw(), 6);
-  for (int axis = 0; axis < 3; ++axis) row.number(state.v_W[axis], 6);
+  const auto known = [&](double value) { return r.has_state ? value : detail::kNone; };
+  for (int axis = 0; axis < 3; ++axis) row.number(known(state.p_W[axis]), 6);
+  row.number(known(state.yaw()), 6);
+  for (int axis = 0; axis < 3; ++axis) row.number(known(state.v_W[axis]), 6);
   const bool mission = r.reference.cols() > 0;
   row.number(mission ? r.progress_s : detail::kNone, 6);
+  row.number(mission ? r.pace : detail::kNone, 6);
   row.number(mission ? r.distance_to_goal_m : detail::kNone, 6);
   row.number(s.clearance_m, 6).number(s.vs_reference_m, 6);
   row.integer(r.refinement.ran ? 1 : 0).text(r.refinement.outcome);
@@ -178,13 +184,16 @@ void FlightReport::Impl::writeCycleRow(const core::CycleRecord& r, const detail:
   cycles.write(row.line());
 }
 
-void FlightReport::Impl::writeSmallRows(const core::CycleRecord& r)
+void FlightReport::Impl::writeCommandRow(const core::CycleRecord& r)
 {
   detail::CsvRow command;
   command.number(r.t, 6);
   for (int axis = 0; axis < 3; ++axis) command.number(r.command.v_W[axis], 6);
   commands.write(command.number(r.command.yaw_rate, 6).line());
+}
 
+void FlightReport::Impl::writeTimingRow(const core::CycleRecord& r)
+{
   detail::CsvRow spent;
   spent.number(r.t, 6);
   for (const double seconds : {r.timing.estimate, r.timing.map, r.timing.edt, r.timing.global,
@@ -195,6 +204,7 @@ void FlightReport::Impl::writeSmallRows(const core::CycleRecord& r)
 
 void FlightReport::Impl::writePoses(const core::CycleRecord& r)
 {
+  if (!r.has_state) return;
   estimate.write({r.state.t, r.state.p_W, r.state.q_WB});
   const Eigen::Vector3d to_world = r.state.p_W - r.state.p_L;
   const auto pose = [&](double t, const Eigen::Vector3d& p_L, double yaw) {
@@ -222,15 +232,26 @@ void FlightReport::Impl::drawCycle(const core::CycleRecord& record)
                detail::drawCyclePicture({record, log.cycles(), info, config}));
 }
 
+void FlightReport::Impl::flushRows(double t)
+{
+  if (t < next_flush_t) return;
+  next_flush_t = t + 1.0;
+  Attempts attempts;
+  for (AtomicFile* file : rowFiles()) attempts.run([&] { file->flush(); });
+  attempts.rethrowFirst();
+}
+
 void FlightReport::add(const core::CycleRecord& record)
 {
   const detail::CycleSummary summary = impl_->log.add(record);
-  impl_->map.add(record.field, record.t, record.state.p_L);
+  if (record.has_state) impl_->map.add(record.field, record.t, record.state.p_L);
   Attempts attempts;
   attempts.run([&] { impl_->writeCycleRow(record, summary); });
-  attempts.run([&] { impl_->writeSmallRows(record); });
+  attempts.run([&] { impl_->writeCommandRow(record); });
+  attempts.run([&] { impl_->writeTimingRow(record); });
   attempts.run([&] { impl_->writePoses(record); });
   attempts.run([&] { impl_->drawCycle(record); });
+  attempts.run([&] { impl_->flushRows(record.t); });
   attempts.rethrowFirst();
 }
 

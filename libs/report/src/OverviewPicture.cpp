@@ -30,7 +30,7 @@ struct Extent
   }
 };
 
-/// Box around everything that is drawn, with a margin; never smaller than 10 m.
+/// Box around everything that is drawn, with a margin; never smaller than 12 m.
 Extent extentOf(const FlightLog& log)
 {
   Extent extent;
@@ -39,7 +39,7 @@ Extent extentOf(const FlightLog& log)
   const core::Polyline& reference = log.reference();
   for (Eigen::Index i = 0; i < reference.cols(); ++i) extent.include(reference.col(i));
   if (extent.lo.x() > extent.hi.x()) extent.include(Eigen::Vector3d::Zero());
-  constexpr double kMargin = 3.0, kSmallest = 10.0;
+  constexpr double kMargin = 3.0, kSmallest = 12.0;
   const Eigen::Vector2d middle = 0.5 * (extent.lo + extent.hi);
   const Eigen::Vector2d half = (0.5 * (extent.hi - extent.lo) + Eigen::Vector2d::Constant(kMargin))
                                    .cwiseMax(0.5 * kSmallest);
@@ -56,8 +56,10 @@ PixelPath project(const Axes& axes, const std::vector<Eigen::Vector3d>& points)
 
 void drawMap(Canvas& canvas, const Axes& axes, const MapAccumulator& map)
 {
+  AxesStyle look;
+  look.font_size = kFontSize;
+  if (map.empty()) return drawGrid(canvas, axes, look);
   canvas.hatch(axes.area);
-  if (map.empty()) return;
   const FieldSlice cells = map.cells({axes.x0, axes.y0}, {axes.x1, axes.y1});
   const cv::Mat state =
       stretch(cells.state, cells.origin_L, cells.cell, axes, cv::INTER_NEAREST, 0.0);
@@ -66,21 +68,25 @@ void drawMap(Canvas& canvas, const Axes& axes, const MapAccumulator& map)
   inside.pixels().setTo(style::kInk.bgr(), state == static_cast<int>(CellState::Occupied));
 }
 
-/// Stretches in which the refined reference left R.
+/// Stretches in which the refined reference left R, broken where a new refinement jumps.
 void drawDetours(Canvas& canvas, const Axes& axes, const std::vector<CycleSummary>& cycles)
 {
+  constexpr double kJumpM = 0.5;
   PixelPath detour;
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  const auto finishPiece = [&]
+  {
+    canvas.path(detour, style::kRefinedBand);
+    detour.clear();
+  };
   for (const CycleSummary& cycle : cycles)
   {
-    if (cycle.detour_m > kDetourM)
-      detour.push_back(axes.toPixel(Eigen::Vector2d(cycle.refined_L.head<2>())));
-    else if (!detour.empty())
-    {
-      canvas.path(detour, style::kRefinedBand);
-      detour.clear();
-    }
+    const bool left_r = cycle.detour_m > kDetourM;
+    if (!left_r || (cycle.refined_L - last).norm() > kJumpM) finishPiece();
+    last = cycle.refined_L;
+    if (left_r) detour.push_back(axes.toPixel(Eigen::Vector2d(cycle.refined_L.head<2>())));
   }
-  canvas.path(detour, style::kRefinedBand);
+  finishPiece();
 }
 
 double fastest(const FlightView& view)
@@ -112,9 +118,10 @@ void drawScene(Canvas& canvas, const Axes& axes, const FlightView& view)
   drawDetours(inside, axes, cycles);
   drawFlown(inside, axes, view);
   inside.path(project(axes, view.log.truthPath()), style::kTruth);
-  if (!cycles.empty())
-    drawPlace(inside, axes.toPixel(Eigen::Vector2d(cycles.front().p_L.head<2>())), style::kStart,
-              9.0);
+  const auto start = std::find_if(cycles.begin(), cycles.end(),
+                                  [](const CycleSummary& c) { return c.p_L.allFinite(); });
+  if (start != cycles.end())
+    drawPlace(inside, axes.toPixel(Eigen::Vector2d(start->p_L.head<2>())), style::kStart, 9.0);
   if (!reference.empty())
     drawPlace(inside, axes.toPixel(Eigen::Vector2d(reference.back().head<2>())), style::kGoal, 9.0);
   drawScaleBar(canvas, axes, {axes.area.x + 10.0, double(axes.area.y + axes.area.height) - 10.0},
@@ -162,9 +169,13 @@ double drawNumbers(Canvas& canvas, Pixel at, double width, const FlightView& vie
 std::vector<LegendEntry> overviewLegend(const FlightView& view)
 {
   const Stroke flown{ColourRamp::speed().at(0.6), 3, style::kInk};
-  std::vector<LegendEntry> entries = {lineEntry("flown path (estimate)", flown),
-                                      lineEntry("reference R", style::kReference),
-                                      lineEntry("refined R where it left R", style::kRefinedBand)};
+  const bool mission = view.log.reference().cols() > 0;
+  std::vector<LegendEntry> entries = {lineEntry("flown path (estimate)", flown)};
+  if (mission)
+  {
+    entries.push_back(lineEntry("reference R", style::kReference));
+    entries.push_back(lineEntry("refined R where it left R", style::kRefinedBand));
+  }
   if (!view.log.truthPath().empty()) entries.push_back(lineEntry("ground truth", style::kTruth));
   const auto place = [](Colour colour)
   {
@@ -173,7 +184,8 @@ std::vector<LegendEntry> overviewLegend(const FlightView& view)
     };
   };
   entries.push_back({"start", place(style::kStart)});
-  entries.push_back({"goal", place(style::kGoal)});
+  if (mission) entries.push_back({"goal", place(style::kGoal)});
+  if (view.map.empty()) return entries;
   entries.push_back({"obstacle", [](Canvas& c, cv::Rect box) { c.rectangle(box, style::kInk); }});
   entries.push_back({"known free", [](Canvas& c, cv::Rect box)
                      {
@@ -221,7 +233,7 @@ struct Layout
 
 Layout layoutFor(const Extent& extent, std::size_t legend_entries)
 {
-  constexpr int kLeft = 70, kTop = 86, kBottom = 58, kRight = 24;
+  constexpr int kLeft = 84, kTop = 86, kBottom = 58, kRight = 24;
   constexpr int kAltitude = 130;  // [px] height of the altitude plot
   const Eigen::Vector2d size = extent.hi - extent.lo;
   const double shape = size.y() / size.x();

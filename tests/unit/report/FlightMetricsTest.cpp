@@ -67,7 +67,9 @@ core::CycleRecord straight(int k)
       Eigen::AlignedBox3d(Eigen::Vector3d(-50, 2, -50), Eigen::Vector3d(50, 3, 50))});
   core::CycleRecord r;
   r.index = static_cast<std::uint64_t>(k);
+  r.has_state = true;
   r.t = r.state.t = 10.0 + 0.1 * k;
+  r.refined = Eigen::Matrix3Xd::Zero(3, 2);
   r.state.p_L = {0.1 * k, 0.5, 1.0};
   r.state.p_W = r.state.p_L + Eigen::Vector3d(5.0, 0.0, 0.0);
   r.state.v_W = {1.0, 0.0, 0.0};
@@ -158,6 +160,34 @@ TEST(FlightLog, TruthWithAHoleSaysNothingInsideIt)
   for (int k = 0; k <= 20; ++k) log.add(straight(k));
   log.addTruth(12.5, {7.5, 0.5, 1.0});
   EXPECT_EQ(log.metrics().estimate_error_m.n, 0u);
+}
+
+TEST(FlightLog, WaitingForAnEstimateIsNotFlying)
+{
+  detail::FlightLog log{RunInfo{}};
+  for (int k = 0; k <= 5; ++k)
+  {
+    log.addTruth(10.0 + 0.1 * k, {5.0 + 0.1 * k, 0.5, 1.0});
+    core::CycleRecord r = straight(k);
+    r.has_state = k >= 3;
+    if (!r.has_state) r.state.p_L = r.state.p_W = r.state.v_W = Eigen::Vector3d(900.0, 0.0, 0.0);
+    if (k == 5)
+    {
+      r.refined.resize(3, 0);
+      r.refined_point_L.setZero();
+    }
+    log.add(r);
+  }
+  const FlightMetrics m = log.metrics();
+  EXPECT_EQ(m.cycles, 6u);
+  EXPECT_NEAR(m.length_m, 0.2, 1e-12);
+  EXPECT_NEAR(*m.max_speed_mps, 1.0, 1e-12);
+  EXPECT_NEAR(*m.max_acceleration_mps2, 0.0, 1e-12);
+  EXPECT_EQ(m.vs_reference_m.n, 3u);
+  EXPECT_NEAR(*m.estimate_error_m.max, 0.0, 1e-9);
+  EXPECT_EQ(m.estimate_error_m.n, 3u);
+  EXPECT_TRUE(std::isnan(log.cycles().front().p_L.x()));
+  EXPECT_FALSE(log.cycles().back().refined_L.allFinite());
 }
 
 TEST(FlightLog, CountsPlanningTimingAndViolations)

@@ -222,7 +222,40 @@ TEST(FlightReport, AnEmptyRecordAndOneFullOfNanAreDrawn)
   report.finish({});
   const auto json = nlohmann::json::parse(contentOf(folder / "metrics.json"));
   EXPECT_EQ(json["run"]["cycles"], 3);
-  EXPECT_EQ(linesOf(folder / "estimate.tum").size(), 2u);
+  EXPECT_EQ(linesOf(folder / "estimate.tum").size(), 1u);
+}
+
+TEST(FlightReport, CyclesWithoutAnEstimateGiveNoPose)
+{
+  const test::TempFolder folder;
+  const test::SyntheticFlight flight;
+  ReportConfig config;
+  config.picture_interval_s = 0.1;
+  FlightReport report(config, folder.path(), {});
+  for (int i = 0; i < 6; ++i)
+  {
+    core::CycleRecord record = flight.cycle(i);
+    record.has_state = i >= 4;
+    report.add(record);
+  }
+  report.finish({});
+  EXPECT_EQ(linesOf(folder / "cycles.csv").size(), 7u);
+  EXPECT_NE(linesOf(folder / "cycles.csv")[1].find(",,,,,,,"), std::string::npos);
+  for (const char* name : {"estimate.tum", "reference.tum", "setpoints.tum"})
+    EXPECT_EQ(linesOf(folder / name).size(), 2u) << name;
+}
+
+TEST(FlightReport, AProcessThatDiesTakesNoMoreThanASecondWithIt)
+{
+  const test::TempFolder folder;
+  const test::SyntheticFlight flight;
+  ReportConfig config;
+  config.picture_interval_s = 0.0;
+  FlightReport report(config, folder.path(), {});
+  for (int i = 0; i <= 40; ++i) report.add(flight.cycle(i));
+  // What the operating system has while the report is still open, i.e. after a kill.
+  EXPECT_GE(linesOf(folder / "cycles.csv.part").size(), 1u + 31u);
+  EXPECT_GE(linesOf(folder / "estimate.tum.part").size(), 31u);
 }
 
 TEST(FlightReport, WithoutFinishTheRowsAreInPart)
@@ -244,7 +277,7 @@ TEST(FlightReport, OneFullFileDoesNotCostTheOthers)
   fs::create_symlink("/dev/full", folder / "commands.csv.part");
   const test::SyntheticFlight flight;
   FlightReport report({}, folder.path(), {});
-  for (int i = 0; i < 10; ++i) report.add(flight.cycle(i));
+  for (int i = 0; i < 10; ++i) EXPECT_THROW(report.add(flight.cycle(i)), OutputError);
   try
   {
     report.finish(someSummary());
@@ -256,6 +289,7 @@ TEST(FlightReport, OneFullFileDoesNotCostTheOthers)
     EXPECT_NE(std::string(error.what()).find("No space left"), std::string::npos);
   }
   EXPECT_EQ(linesOf(folder / "cycles.csv").size(), 11u);
+  EXPECT_EQ(linesOf(folder / "timing.csv").size(), 11u);
   EXPECT_EQ(linesOf(folder / "estimate.tum").size(), 10u);
   EXPECT_TRUE(fs::exists(folder / "metrics.json"));
   EXPECT_TRUE(fs::exists(folder / "overview.png"));

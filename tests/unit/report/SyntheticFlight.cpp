@@ -195,6 +195,7 @@ core::CycleRecord SyntheticFlight::cycle(int index) const
   record.index = static_cast<std::uint64_t>(index);
   record.t = s;
   record.progress_s = s;
+  record.has_state = true;
   const Eigen::Vector3d wobble(0.06 * std::sin(1.9 * s), 0.08 * std::sin(1.3 * s),
                                0.05 * std::cos(0.9 * s));
   record.state.t = s;
