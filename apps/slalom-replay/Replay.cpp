@@ -327,10 +327,7 @@ report::RunSummary Replay::summarise(report::RunResult result) const
 
 int Replay::finish()
 {
-  report::RunResult result = judge();
-  if (!options_.verify.empty() && report_ && result.code != ExitCode::kInterrupted)
-    result.message += result.message.empty() ? "" : "; ";
-  const report::RunSummary summary = summarise(result);
+  const report::RunSummary summary = summarise(judge());
   if (!report_)
     throw mrpt_io::RawlogError(options_.rawlog.string() + ": " + summary.result.message);
   report_->finish(summary);

@@ -144,7 +144,7 @@ TEST(ScanAssembler, UndoesTheMotionDuringAScan)
   config.source = StateSourceKind::Truth;
   StateSource source(config, {});
   const Eigen::Vector3d velocity(2.0, 0.0, 0.0), target(6.0, 1.0, 0.5);
-  for (int k = 0; k <= 60; ++k)
+  for (int k = 0; k <= 160; ++k)
   {
     core::PoseFix pose;
     pose.t = 0.01 * k;
@@ -152,7 +152,7 @@ TEST(ScanAssembler, UndoesTheMotionDuringAScan)
     source.add(pose);
   }
   core::RangeScan scan;
-  scan.t = 0.4;
+  scan.t = 1.4;
   scan.duration = 0.1;
   scan.T_BS.translation() = Eigen::Vector3d(0.1, 0.0, 0.05);
   for (int k = 0; k <= 10; ++k)
@@ -164,7 +164,7 @@ TEST(ScanAssembler, UndoesTheMotionDuringAScan)
   ScanAssembler assembler;
   assembler.add(scan);
   std::map<std::string, std::uint64_t> dropped;
-  const std::vector<MapJob> jobs = assembler.take(source, 0.6, dropped);
+  const std::vector<MapJob> jobs = assembler.take(source, 1.6, dropped);
   ASSERT_EQ(jobs.size(), 1u);
   for (const core::Ray& ray : jobs[0].rays)
     EXPECT_LT((ray.end_L.cast<double>() - target).norm(), 0.03);
