@@ -93,6 +93,7 @@ class Refinement
   [[nodiscard]] bool usablePrevious() const;
   void chooseWindow();
   [[nodiscard]] Eigen::Matrix3Xd startPoints();
+  [[nodiscard]] bool restartsHere(const Eigen::Vector3d& off) const;
   [[nodiscard]] Eigen::VectorXd fitWeights() const;
   bool pushOut(Eigen::Matrix3Xd& points, std::vector<Push>& pushes);
   void pushSegment(const OccupiedSegment& segment, const PushingPath& path,
@@ -172,9 +173,8 @@ Eigen::Matrix3Xd Refinement::startPoints()
   points.rightCols(std::min(kFixedAtEnd, window_.count)) =
       reference.rightCols(std::min(kFixedAtEnd, window_.count));
 
-  // A vehicle that is far from its plan (open-loop replay, a gust) starts a new one where it is.
-  const Eigen::Vector3d off = in_.state.p_L - curve_.position(window_.from);
-  if (off.norm() > config_.restart_distance_m && free > 0)
+  if (const Eigen::Vector3d off = in_.state.p_L - curve_.position(window_.from);
+      restartsHere(off) && free > 0)
   {
     const Eigen::Vector3d step = in_.state.v_W * r_.knotSpan();
     for (Eigen::Index i = 0; i < kFixedAtStart; ++i)
@@ -184,6 +184,17 @@ Eigen::Matrix3Xd Refinement::startPoints()
       points.col(i) += off * std::max(0.0, 1.0 - static_cast<double>(i - 3) / kBlend);
   }
   return points;
+}
+
+/// A vehicle that is far from its plan (open-loop replay, a gust), or that stands at the end of
+/// what was clear in it, starts a new one where it is.
+bool Refinement::restartsHere(const Eigen::Vector3d& off) const
+{
+  constexpr double kStanding_mps = 0.15;
+  const bool stands_before_blockage = in_.previous && in_.state.v_W.norm() < kStanding_mps &&
+                                      in_.previous->stop_at < r_.end() &&
+                                      in_.previous->stop_at - window_.from < 2.0 * r_.knotSpan();
+  return off.norm() > config_.restart_distance_m || stands_before_blockage;
 }
 
 Eigen::VectorXd Refinement::fitWeights() const
