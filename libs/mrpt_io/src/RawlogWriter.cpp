@@ -27,9 +27,10 @@ std::filesystem::path partial(std::filesystem::path file)
 class GzSink : public mrpt::io::CStream
 {
  public:
+  /// Writes to `partial(file)`; errors name `file`.
   GzSink(const std::filesystem::path& file, int level) : file_(file)
   {
-    fd_ = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    fd_ = ::open(partial(file).c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (fd_ < 0) fail();
     // zlib closes the descriptor it is given; ours stays open for the final fsync.
     const int own = ::dup(fd_);
@@ -94,7 +95,7 @@ class GzSink : public mrpt::io::CStream
 struct RawlogWriter::Impl
 {
   Impl(std::filesystem::path f, int level)
-      : file(std::move(f)), sink(std::make_unique<GzSink>(partial(file), level))
+      : file(std::move(f)), sink(std::make_unique<GzSink>(file, level))
   {
   }
   std::filesystem::path file;
