@@ -62,6 +62,12 @@ Eigen::Vector3d escape(const DistanceField& field, Eigen::Vector3d p_L, double c
   return p_L;
 }
 
+double polylineLength(const Eigen::Matrix3Xd& line)
+{
+  if (line.cols() < 2) return 0.0;
+  return (line.rightCols(line.cols() - 1) - line.leftCols(line.cols() - 1)).colwise().norm().sum();
+}
+
 GlobalPlannerConfig inLocalFrame(GlobalPlannerConfig config, double altitude_offset)
 {
   config.min_altitude_m += altitude_offset;
@@ -95,6 +101,8 @@ class Refinement
   [[nodiscard]] Eigen::Matrix3Xd startPoints();
   [[nodiscard]] bool restartsHere(const Eigen::Vector3d& off) const;
   [[nodiscard]] Eigen::VectorXd fitWeights() const;
+  [[nodiscard]] PushingPath pushingPath(const UniformBSpline& curve,
+                                        OccupiedSegment& segment) const;
   bool pushOut(Eigen::Matrix3Xd& points, std::vector<Push>& pushes);
   void pushSegment(const OccupiedSegment& segment, const PushingPath& path,
                    Eigen::Matrix3Xd& points, std::vector<Push>& pushes);
@@ -246,19 +254,44 @@ std::vector<OccupiedSegment> Refinement::occupied(const UniformBSpline& curve,
   return segments;
 }
 
-bool Refinement::pushOut(Eigen::Matrix3Xd& points, std::vector<Push>& pushes)
+/// S_* of one segment. Where the way around is long, the segment is widened into free stretches of
+/// the curve, so that the detour has as many control points as its length needs.
+PushingPath Refinement::pushingPath(const UniformBSpline& curve, OccupiedSegment& segment) const
 {
-  const UniformBSpline curve = curveWith(points);
-  for (const OccupiedSegment& segment : occupied(curve, hard_))
+  constexpr double kCrowded =
+      1.5;  // a detour may be flown this much faster than the limit: the clock slows down
+  PushingPath path;
+  for (int widening = 0; widening < 3; ++widening)
   {
-    const double length = curve.length(segment.from, segment.to);
     const auto count = static_cast<Eigen::Index>(
         std::clamp(std::ceil((segment.to - segment.from) / curve.knotSpan()) + 2.0, 5.0, 80.0));
     const Eigen::Vector3d start = escape(field_, curve.position(segment.from), 1.05 * hard_);
     const Eigen::Vector3d goal = escape(field_, curve.position(segment.to), 1.05 * hard_);
+    path = findPushingPath(field_, start, goal, count, hard_, config_);
+    const double needed = polylineLength(path.guide) / vehicle_.max_speed_mps;
+    if (!path.found || segment.to >= window_.to || needed <= kCrowded * (segment.to - segment.from))
+      break;
+    segment.to = std::min(window_.to, segment.from + needed);
+    while (segment.to < window_.to &&
+           optimisticDistance(field_, curve.position(segment.to)) < 1.05 * hard_)
+      segment.to = std::min(window_.to, segment.to + curve.knotSpan());
+  }
+  return path;
+}
+
+bool Refinement::pushOut(Eigen::Matrix3Xd& points, std::vector<Push>& pushes)
+{
+  const UniformBSpline curve = curveWith(points);
+  double done_until = window_.from;
+  for (OccupiedSegment segment : occupied(curve, hard_))
+  {
+    if (segment.to <= done_until) continue;
     record_.occupied_segments.push_back(curve.sample(
-        segment.from, segment.to, std::max<Eigen::Index>(2, Eigen::Index(length / 0.1))));
-    const PushingPath path = findPushingPath(field_, start, goal, count, hard_, config_);
+        segment.from, segment.to,
+        std::max<Eigen::Index>(2, Eigen::Index(curve.length(segment.from, segment.to) / 0.1))));
+    segment.from = std::max(segment.from, done_until);
+    const PushingPath path = pushingPath(curve, segment);
+    done_until = segment.to;
     if (path.guide.cols() > 0) record_.guides.push_back(path.guide);
     if (!path.found)
     {
@@ -278,11 +311,7 @@ void Refinement::pushSegment(const OccupiedSegment& segment, const PushingPath& 
 {
   const Eigen::Matrix3Xd before = points;
   const double duration = segment.to - segment.from;
-  const double detour =
-      (path.path.rightCols(path.path.cols() - 1) - path.path.leftCols(path.path.cols() - 1))
-          .colwise()
-          .norm()
-          .sum();
+  const double detour = polylineLength(path.path);
   stretch_ = std::max(stretch_, 1.2 * detour / (duration * vehicle_.max_speed_mps));
   for (Eigen::Index i = window_.firstFree(); i <= window_.lastFree(); ++i)
   {
