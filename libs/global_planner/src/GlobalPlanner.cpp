@@ -25,6 +25,7 @@ constexpr Eigen::Index kFixedAtStart =
     4;                                   // the span under the vehicle keeps its four control points
 constexpr Eigen::Index kFixedAtEnd = 3;  // position, velocity and acceleration join R
 constexpr double kMergeGap_s = 0.6;
+constexpr double kAroundGoal_s = 1.0;
 
 double optimisticDistance(const DistanceField& field, const Eigen::Vector3d& p_L)
 {
@@ -432,6 +433,7 @@ GlobalPlannerOutput Refinement::run()
   const double comfortable = hard_ + 0.5 * field_.resolution();
   Eigen::Matrix3Xd points = startPoints();
   std::optional<UniformBSpline> accepted;
+  bool blocks_goal = false;  // what could not be cleared lies around the very end of R
   double gain = 1.0;
   for (int attempt = 0; attempt < config_.max_attempts; ++attempt, gain *= 2.0)
   {
@@ -441,7 +443,9 @@ GlobalPlannerOutput Refinement::run()
     keepClear(points, pushes);
     points = minimise(std::move(points), std::move(pushes), gain);
     const UniformBSpline curve = curveWith(points);
-    if (!occupied(curve, hard_).empty()) continue;
+    const std::vector<OccupiedSegment> left = occupied(curve, hard_);
+    blocks_goal = !left.empty() && left.back().to >= r_.end() - kAroundGoal_s;
+    if (!left.empty()) continue;
     accepted = curve;
     if (occupied(curve, comfortable).empty()) break;
   }
@@ -453,7 +457,7 @@ GlobalPlannerOutput Refinement::run()
                   *accepted);
   if (!record_.outcome.empty())
     return keep(atEndOfReference() ? RefineOutcome::GoalBlocked : RefineOutcome::GuideFailed);
-  return keep(RefineOutcome::StillOccupied);
+  return keep(blocks_goal ? RefineOutcome::GoalBlocked : RefineOutcome::StillOccupied);
 }
 
 }  // namespace
