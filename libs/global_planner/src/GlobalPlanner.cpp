@@ -261,14 +261,14 @@ PushingPath Refinement::pushingPath(const UniformBSpline& curve, OccupiedSegment
 {
   constexpr double kCrowded =
       1.5;  // a detour may be flown this much faster than the limit: the clock slows down
-  PushingPath path;
-  for (int widening = 0; widening < 3; ++widening)
+  constexpr int kWidenings = 2;
+  for (int widening = 0;; ++widening)
   {
     const auto count = static_cast<Eigen::Index>(
         std::clamp(std::ceil((segment.to - segment.from) / curve.knotSpan()) + 2.0, 5.0, 80.0));
     const Eigen::Vector3d start = escape(field_, curve.position(segment.from), 1.05 * hard_);
     const Eigen::Vector3d goal = escape(field_, curve.position(segment.to), 1.05 * hard_);
-    path = findPushingPath(field_, start, goal, count, hard_, config_);
+    PushingPath path = findPushingPath(field_, start, goal, count, hard_, config_);
     const double needed = polylineLength(path.guide) / vehicle_.max_speed_mps;
     if (!path.found || segment.to >= window_.to || needed <= kCrowded * (segment.to - segment.from))
       break;
@@ -277,14 +277,16 @@ PushingPath Refinement::pushingPath(const UniformBSpline& curve, OccupiedSegment
            optimisticDistance(field_, curve.position(segment.to)) < 1.05 * hard_)
       segment.to = std::min(window_.to, segment.to + curve.knotSpan());
   }
-  return path;
 }
 
 bool Refinement::pushOut(Eigen::Matrix3Xd& points, std::vector<Push>& pushes)
 {
   const UniformBSpline curve = curveWith(points);
+  const std::vector<OccupiedSegment> segments = occupied(curve, hard_);
+  if (segments.empty()) return true;
+  record_ = {};  // explains the last push, not the sum of all attempts
   double done_until = window_.from;
-  for (OccupiedSegment segment : occupied(curve, hard_))
+  for (OccupiedSegment segment : segments)
   {
     if (segment.to <= done_until) continue;
     record_.occupied_segments.push_back(curve.sample(
