@@ -259,8 +259,7 @@ std::vector<OccupiedSegment> Refinement::occupied(const UniformBSpline& curve,
 /// the curve, so that the detour has as many control points as its length needs.
 PushingPath Refinement::pushingPath(const UniformBSpline& curve, OccupiedSegment& segment) const
 {
-  constexpr double kCrowded =
-      1.5;  // a detour may be flown this much faster than the limit: the clock slows down
+  constexpr double kCrowded = 1.5;  // the clock slows down where a detour is crowded, up to here
   constexpr int kWidenings = 2;
   for (int widening = 0;; ++widening)
   {
@@ -270,8 +269,9 @@ PushingPath Refinement::pushingPath(const UniformBSpline& curve, OccupiedSegment
     const Eigen::Vector3d goal = escape(field_, curve.position(segment.to), 1.05 * hard_);
     PushingPath path = findPushingPath(field_, start, goal, count, hard_, config_);
     const double needed = polylineLength(path.guide) / vehicle_.max_speed_mps;
-    if (!path.found || segment.to >= window_.to || needed <= kCrowded * (segment.to - segment.from))
-      break;
+    if (!path.found || widening == kWidenings || segment.to >= window_.to ||
+        needed <= kCrowded * (segment.to - segment.from))
+      return path;
     segment.to = std::min(window_.to, segment.from + needed);
     while (segment.to < window_.to &&
            optimisticDistance(field_, curve.position(segment.to)) < 1.05 * hard_)
