@@ -19,6 +19,7 @@
 #include "slalom/core/CycleRecord.h"
 #include "slalom/engine/Mission.h"
 #include "slalom/mrpt_io/ConfigBinder.h"
+#include "slalom/mrpt_io/MemoryLimit.h"
 #include "slalom/mrpt_io/ObservationDecoder.h"
 #include "slalom/mrpt_io/RawlogReader.h"
 #include "slalom/report/FlightReport.h"
@@ -29,6 +30,9 @@ namespace slalom::replay
 namespace
 {
 using app::ExitCode;
+
+constexpr std::size_t kAddressSpace = std::size_t{4}
+                                      << 30;  // a damaged length field must not take the machine
 
 /// All settings of a replay, from files and --set.
 struct Settings
@@ -379,6 +383,7 @@ int Replay::run()
 
 int run(const Options& options)
 {
+  mrpt_io::limitMemory(kAddressSpace);
   try
   {
     return Replay(options).run();

@@ -338,7 +338,7 @@ void Engine::Impl::finish(core::CycleRecord& record, const Stopwatch& watch)
   if (const auto map = pipeline.latestMap(); map && map->count != seen_map)
   {
     statistics.map_updates = seen_map = map->count;
-    record.timing.map = map->wall_s;
+    record.timing.map = map->wall_s - map->transform_s;
     record.timing.edt = map->transform_s;
     if (map->wall_s > config.rates.global_period_s) ++statistics.late_map;
   }
