@@ -25,6 +25,7 @@ using global_planner::RefineOutcome;
 using spline::UniformBSpline;
 
 constexpr double kJoin_m = 3.0;  // a vehicle this near to a leg of the mission joins it there
+constexpr double kEndOfR_s = 2.0;
 constexpr double kAtRest_mps = 0.1;
 
 /// One mission in flight. R is fitted in the world frame once and follows the drift of the local
@@ -46,24 +47,28 @@ struct Flight
   }
 };
 
-double distanceToLeg(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b)
+/// Distance to the leg a-b, and how far along it the nearest point lies, in [0, 1].
+std::pair<double, double> distanceToLeg(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                        const Eigen::Vector3d& b)
 {
   const double length2 = (b - a).squaredNorm();
   const double u = length2 > 0.0 ? std::clamp((p - a).dot(b - a) / length2, 0.0, 1.0) : 0.0;
-  return (a + u * (b - a) - p).norm();
+  return {(a + u * (b - a) - p).norm(), u};
 }
 
 /// Index of the first waypoint to fly to: 0, or the end of the leg that the vehicle has already
 /// joined.
 Eigen::Index firstAhead(const Eigen::Matrix3Xd& waypoints, const Eigen::Vector3d& p_W)
 {
-  Eigen::Index first = 0;
+  constexpr double kAtWaypoint_m = 1.0;
+  Eigen::Index first =
+      (waypoints.col(0) - p_W).norm() < kAtWaypoint_m && waypoints.cols() > 1 ? 1 : 0;
   double nearest = kJoin_m;
   // Only consecutive legs: a mission that comes back to its start is not cut short.
   for (Eigen::Index leg = 0; leg + 1 < waypoints.cols(); ++leg)
   {
-    const double distance = distanceToLeg(p_W, waypoints.col(leg), waypoints.col(leg + 1));
-    if (distance >= nearest) break;
+    const auto [distance, along] = distanceToLeg(p_W, waypoints.col(leg), waypoints.col(leg + 1));
+    if (distance >= nearest || along <= 0.0) break;
     nearest = distance;
     first = leg + 1;
   }
@@ -120,11 +125,14 @@ struct Engine::Impl
   {
   }
 
+  void beginNewFrame();
   void mapPending(double t);
   [[nodiscard]] std::string startMission(const core::VehicleState& state);
   void followDrift(const core::VehicleState& state, double dt);
   void requestRefinement(const core::VehicleState& state, double t);
   void takeRefinement(core::CycleRecord& record);
+  void run(core::CycleRecord& record, double dt, bool drive);
+  void stop(core::CycleRecord& record, std::string reason);
   void plan(core::CycleRecord& record, double dt);
   void judge(const core::CycleRecord& record);
   void describe(core::CycleRecord& record) const;
@@ -146,6 +154,8 @@ struct Engine::Impl
   RefineOutcome outcome = RefineOutcome::NoField;
   core::RefinementRecord explanation;
 
+  std::uint64_t seen_epoch = 0;
+  bool forget_map = false;
   std::uint64_t seen_map = 0, refined_map = 0, seen_refinement = 0;
   double last_refine_t = -std::numeric_limits<double>::infinity();
   std::optional<double> last_t;
@@ -154,10 +164,22 @@ struct Engine::Impl
   double estimate_s = 0.0;  // wall time of add() since the last cycle
 };
 
+/// The local frame began anew: whatever was expressed in the old one is void.
+void Engine::Impl::beginNewFrame()
+{
+  forget_map = true;
+  refined.reset();
+  local.reset();
+  if (const auto state = source.state(source.newest()); state && flight)
+    flight->moveTo(state->p_L - state->p_W);
+}
+
 void Engine::Impl::mapPending(double t)
 {
+  if (std::exchange(seen_epoch, source.frameEpoch()) != source.frameEpoch()) beginNewFrame();
   for (MapJob& job : scans.take(source, t, statistics.dropped))
   {
+    job.forget = std::exchange(forget_map, false);
     ++statistics.scans;
     if (const std::size_t lost = pipeline.map(std::move(job)))
     {
@@ -171,6 +193,12 @@ void Engine::Impl::mapPending(double t)
 std::string Engine::Impl::startMission(const core::VehicleState& state)
 {
   const Mission mission = *std::exchange(waiting_mission, std::nullopt);
+  refined.reset();
+  outcome = RefineOutcome::NoField;
+  explanation = {};
+  last_refine_t = -std::numeric_limits<double>::infinity();
+  refined_map = 0;
+  local.reset();
   try
   {
     Flight next{++missions, fitReference(mission, state, config), nullptr, {}, 0.0, false};
@@ -183,11 +211,6 @@ std::string Engine::Impl::startMission(const core::VehicleState& state)
   {
     return std::string("mission refused: ") + error.what();
   }
-  refined.reset();
-  outcome = RefineOutcome::NoField;
-  explanation = {};
-  last_refine_t = -std::numeric_limits<double>::infinity();
-  local.reset();
   return {};
 }
 
@@ -241,6 +264,8 @@ void Engine::Impl::plan(core::CycleRecord& record, double dt)
   std::string brake;
   if (flight->reached)
     brake = "goal reached: hold";
+  else if (source.deadReckoning())
+    brake = "neither position nor velocity for too long: brake";
   else if (record.t - record.state.t > config.rates.state_timeout_s)
     brake = "state too old: brake";
   else if (map_is_fresh && refined)
@@ -300,8 +325,10 @@ void Engine::Impl::judge(const core::CycleRecord& record)
     return;
   }
   const Eigen::Vector3d goal_L = flight->reference_L->position(flight->reference_L->end());
-  flight->reached =
-      flight->reached || (record.state.p_L - goal_L).norm() <= config.mission.goal_tolerance_m;
+  // Near the goal, and at the end of R: a mission may pass its goal, or begin there.
+  const bool at_end = clock.progress() >= flight->reference_L->end() - kEndOfR_s;
+  flight->reached = flight->reached || (at_end && (record.state.p_L - goal_L).norm() <=
+                                                      config.mission.goal_tolerance_m);
   const bool resting_before_blockage =
       outcome == RefineOutcome::GoalBlocked && refined && record.state.v_W.norm() < kAtRest_mps &&
       (record.state.p_L - refined->spline.position(refined->stop_at)).norm() <=
@@ -349,6 +376,12 @@ void Engine::Impl::finish(core::CycleRecord& record, const Stopwatch& watch)
   record.timing.cycle = watch.seconds() + record.timing.estimate;
   last_command = record.command;
   statistics.state_source = source.name();
+  for (const auto& [reason, count] : source.counters().dropped)
+    statistics.dropped["estimate: " + reason] = count;
+  if (const std::uint64_t resets = source.counters().resets)
+    statistics.dropped["estimate: restarts"] = resets;
+  if (const std::uint64_t failures = pipeline.failures())
+    statistics.dropped["step: internal error"] = failures;
 }
 
 Engine::Engine(const EngineConfig& config)
@@ -363,7 +396,7 @@ void Engine::setMission(const Mission& mission)
 {
   if (mission.waypoints_W.cols() == 0 || !mission.waypoints_W.allFinite())
     throw std::invalid_argument("a mission needs at least one waypoint with finite coordinates");
-  impl_->flight.reset();
+  clearMission();
   impl_->waiting_mission = mission;
 }
 
@@ -372,6 +405,7 @@ void Engine::clearMission()
   impl_->flight.reset();
   impl_->waiting_mission.reset();
   impl_->refined.reset();
+  if (impl_->status != EngineStatus::WaitingForState) impl_->status = EngineStatus::NoMission;
 }
 
 void Engine::add(const core::Measurement& measurement)
@@ -380,6 +414,47 @@ void Engine::add(const core::Measurement& measurement)
   impl_->source.add(measurement);
   if (const auto* scan = std::get_if<core::RangeScan>(&measurement)) impl_->scans.add(*scan);
   impl_->estimate_s += watch.seconds();
+}
+
+void Engine::Impl::run(core::CycleRecord& record, double dt, bool drive)
+{
+  mapPending(record.t);
+  const auto state = source.state(record.t);
+  if (!state)
+  {
+    status = EngineStatus::WaitingForState;
+    stop(record, "no state estimate yet (" + source.name() + ")");
+    return;
+  }
+  record.state = *state;
+  record.has_state = true;
+  std::string refusal;
+  if (waiting_mission && source.onlyAssumed())
+    refusal = "no position source: a mission cannot be flown";
+  else if (waiting_mission)
+    refusal = startMission(*state);
+  if (flight)
+  {
+    followDrift(*state, dt);
+    requestRefinement(*state, record.t);
+    takeRefinement(record);
+  }
+  if (flight && drive)
+    plan(record, dt);
+  else
+    stop(record, flight ? "suspended" : refusal.empty() ? "no mission" : refusal);
+  judge(record);
+}
+
+/// Brings a moving command down within the vehicle's limits; without one, stands still.
+void Engine::Impl::stop(core::CycleRecord& record, std::string reason)
+{
+  record.reason = std::move(reason);
+  if (last_command.v_W.norm() == 0.0 && last_command.yaw_rate == 0.0) return;
+  local_planner::LocalPlannerInput input;
+  input.state = record.state;
+  input.last_command = last_command;
+  record.command = local.step(input).command;
 }
 
 core::CycleRecord Engine::step(double t, bool drive)
@@ -391,32 +466,17 @@ core::CycleRecord Engine::step(double t, bool drive)
   record.t = t;
   const double dt = std::max(0.0, t - me.last_t.value_or(t));
   me.last_t = t;
-
-  me.mapPending(t);
-  if (const auto state = me.source.state(t))
+  try
   {
-    record.state = *state;
-    record.has_state = true;
-    std::string refusal;
-    if (me.waiting_mission) refusal = me.startMission(*state);
-    if (me.flight)
-    {
-      me.followDrift(*state, dt);
-      me.requestRefinement(*state, t);
-      me.takeRefinement(record);
-    }
-    if (me.flight && drive)
-      me.plan(record, dt);
-    else
-      record.reason = me.flight ? "suspended" : refusal.empty() ? "no mission" : refusal;
-    me.judge(record);
+    me.run(record, dt, drive);
+    me.describe(record);
   }
-  else
+  catch (const std::exception& error)
   {
-    me.status = EngineStatus::WaitingForState;
-    record.reason = "no state estimate yet (" + me.source.name() + ")";
+    record.command = {};
+    record.reason = std::string("internal error: ") + error.what() + ": stop";
+    ++me.statistics.dropped["cycle: internal error"];
   }
-  me.describe(record);
   me.finish(record, watch);
   return record;
 }

@@ -37,17 +37,34 @@ void Pipeline::drain()
 void Pipeline::runMap(const MapJob& job)
 {
   const Stopwatch watch;
-  const mapping::MapUpdate update = mapper_.integrate(job.t, job.p_L, job.rays);
-  maps_.publish(std::make_shared<const MapResult>(
-      MapResult{mapper_.snapshot(), watch.seconds(), update.transform_s, ++map_count_}));
+  try
+  {
+    if (job.forget) mapper_.reset();
+    const mapping::MapUpdate update = mapper_.integrate(job.t, job.p_L, job.rays);
+    maps_.publish(std::make_shared<const MapResult>(
+        MapResult{mapper_.snapshot(), watch.seconds(), update.transform_s, ++map_count_}));
+  }
+  catch (const std::exception&)
+  {
+    // No new map: the old one grows stale, and the engine brakes when it is too old.
+    ++failures_;
+  }
 }
 
 void Pipeline::runRefine(const GlobalJob& job)
 {
   const Stopwatch watch;
-  auto output = planner_.step(job.input);
-  refinements_.publish(std::make_shared<const GlobalResult>(
-      GlobalResult{job.mission, ++refine_count_, watch.seconds(), std::move(output)}));
+  try
+  {
+    auto output = planner_.step(job.input);
+    refinements_.publish(std::make_shared<const GlobalResult>(
+        GlobalResult{job.mission, ++refine_count_, watch.seconds(), std::move(output)}));
+  }
+  catch (const std::exception&)
+  {
+    // The plan in force stays, and ends where it was last verified.
+    ++failures_;
+  }
 }
 
 }  // namespace slalom::engine

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -23,6 +24,7 @@ struct MapJob
   double t = 0.0;  ///< [s] end of the scan
   Eigen::Vector3d p_L = Eigen::Vector3d::Zero();
   std::vector<core::Ray> rays;
+  bool forget = false;  ///< the local frame began anew: everything mapped before is void
 };
 
 /// Newest map and how long it took.
@@ -124,6 +126,8 @@ class Pipeline
   {
     return refinements_.latest();
   }
+  /// Steps that ended in an exception (no memory, no thread): they published nothing.
+  [[nodiscard]] std::uint64_t failures() const { return failures_; }
   [[nodiscard]] mapping::Mapper& mapper() { return mapper_; }  ///< only after drain()
 
  private:
@@ -134,6 +138,7 @@ class Pipeline
   global_planner::GlobalPlanner planner_;
   core::Published<MapResult> maps_;
   core::Published<GlobalResult> refinements_;
+  std::atomic<std::uint64_t> failures_{0};
   std::uint64_t map_count_ = 0, refine_count_ = 0;
   std::unique_ptr<Worker<MapJob>> map_worker_;
   std::unique_ptr<Worker<GlobalJob>> refine_worker_;

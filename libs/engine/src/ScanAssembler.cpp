@@ -12,6 +12,7 @@ namespace
 constexpr double kPoseStep_s =
     1e-3;  // 2 m/s and 1 rad/s move a return at 10 m by less than 1 cm between two poses
 constexpr double kPatience_s = 0.25;
+constexpr double kFuture_s = 1.0;
 
 /// Poses of the sensor every millisecond of the scan; nullopt if the vehicle's path is not known
 /// over all of it.
@@ -41,6 +42,12 @@ std::vector<MapJob> ScanAssembler::take(const StateSource& source, double now,
   {
     const core::RangeScan& scan = pending_.front();
     const double end = scan.t + scan.duration;
+    if (scan.t > now + kFuture_s)
+    {
+      ++dropped["scan from the future"];
+      pending_.pop_front();
+      continue;
+    }
     if (source.kind() != StateSourceKind::Static && source.newest() < end &&
         now < end + kPatience_s)
       break;

@@ -25,7 +25,8 @@ StateSource::StateSource(const StateConfig& config, const estimation::FilterConf
 
 void StateSource::add(const core::Measurement& measurement)
 {
-  if (kind_ == Kind::Auto) decide(measurement);
+  if (kind_ == Kind::Auto || (onlyAssumed() && isOneOf<core::PositionFix>(measurement)))
+    decide(measurement);
   if (kind_ == Kind::Static) newest_ = std::max(newest_, core::timeOf(measurement));
   if (isOneOf<core::RangeScan>(measurement)) return;
   if (kind_ == Kind::Auto)
@@ -41,6 +42,7 @@ void StateSource::decide(const core::Measurement& measurement)
   if (!first_) first_ = t;
   const bool poses = std::any_of(undecided_.begin(), undecided_.end(),
                                  [](const auto& m) { return isOneOf<core::PoseFix>(m); });
+  was_assumed_ = onlyAssumed();
   if (isOneOf<core::PositionFix>(measurement))
     kind_ = Kind::Fusion;
   else if (poses && t - *first_ > kPreferFusion_s)
@@ -73,11 +75,22 @@ void StateSource::feed(const core::Measurement& measurement)
         }
       },
       measurement);
-  if (const auto state = estimator_.state())
-  {
-    newest_ = state->t;
-    if (!origin_L_) origin_L_ = state->p_W - state->p_L;
-  }
+  if (const auto state = estimator_.state()) followFrame(*state);
+}
+
+void StateSource::followFrame(const core::VehicleState& state)
+{
+  constexpr double kJump_m = 5.0;  // no vehicle moves this far between two measurements
+  newest_ = state.t;
+  const bool jumped = last_ && (state.p_L - last_->p_L).norm() >
+                                   kJump_m + state.v_W.norm() * std::max(0.0, state.t - last_->t);
+  if (jumped) ++frame_epoch_;
+  // A vehicle that was assumed to stand at the origin goes on from there, so that its map stays
+  // good.
+  if (!origin_L_ || jumped)
+    origin_L_ = was_assumed_ && !jumped ? Eigen::Vector3d(-state.p_L)
+                                        : Eigen::Vector3d(state.p_W - state.p_L);
+  last_ = state;
 }
 
 std::optional<core::VehicleState> StateSource::placed(std::optional<core::VehicleState> state) const

@@ -31,6 +31,19 @@ class StateSource
     return newest_;
   }  ///< [s] up to here stateAt() does not extrapolate
   [[nodiscard]] StateSourceKind kind() const { return kind_; }
+  /// True when nothing but silence made the vehicle stand still: good enough for a map, never for a
+  /// mission.
+  [[nodiscard]] bool onlyAssumed() const
+  {
+    return kind_ == StateSourceKind::Static && config_.source == StateSourceKind::Auto;
+  }
+  /// Neither position nor velocity for longer than the filter's time-out.
+  [[nodiscard]] bool deadReckoning() const
+  {
+    return estimator_.status() == estimation::EstimatorStatus::DeadReckoning;
+  }
+  /// Counts the times the local frame had to begin anew: maps and plans made before are void.
+  [[nodiscard]] std::uint64_t frameEpoch() const { return frame_epoch_; }
   [[nodiscard]] std::string name() const;
   [[nodiscard]] const estimation::EstimatorCounters& counters() const
   {
@@ -40,6 +53,7 @@ class StateSource
  private:
   void decide(const core::Measurement& measurement);
   void feed(const core::Measurement& measurement);
+  void followFrame(const core::VehicleState& state);
   [[nodiscard]] std::optional<core::VehicleState> placed(
       std::optional<core::VehicleState> state) const;
 
@@ -49,6 +63,9 @@ class StateSource
   std::optional<double> first_;               // time of the first measurement of any kind
   std::vector<core::Measurement> undecided_;  // Auto: kept until the source is known
   double newest_ = 0.0;
+  std::optional<core::VehicleState> last_;  // of the filter, as it came
+  bool was_assumed_ = false;
+  std::uint64_t frame_epoch_ = 0;
   std::optional<Eigen::Vector3d> origin_L_;  // added to the filter's local positions: L begins as W
 };
 

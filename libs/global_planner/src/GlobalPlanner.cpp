@@ -51,7 +51,7 @@ double influenceTime(const UniformBSpline& curve, Eigen::Index index)
   return curve.start() + curve.knotSpan() * static_cast<double>(index - 1);
 }
 
-/// Moves a point up the distance gradient until it keeps `clearance`, at most one metre.
+/// Moves a point up the distance gradient until it keeps `clearance`, at most two metres.
 Eigen::Vector3d escape(const DistanceField& field, Eigen::Vector3d p_L, double clearance)
 {
   for (int i = 0; i < 10; ++i)
@@ -392,7 +392,7 @@ GlobalPlannerOutput Refinement::commit(RefineOutcome outcome, const UniformBSpli
 {
   RefinedReference refined{curve};
   refined.clear_until = window_.to;
-  refined.stop_at = window_.blocked_end ? window_.to : r_.end();
+  refined.stop_at = window_.to;  // nothing beyond was looked at
   refined.sequence = in_.previous ? in_.previous->sequence + 1 : 1;
   refined.map_sequence = field_.sequence();
   record_.min_clearance_m = minClearance(curve, window_.from, window_.to, field_);
@@ -408,8 +408,7 @@ GlobalPlannerOutput Refinement::keep(RefineOutcome outcome)
   RefinedReference kept{curve_};
   const auto blocked = findOccupiedSegments(curve_, window_.from, window_.to, field_, hard_, 0.0);
   kept.clear_until = blocked.empty() ? window_.to : blocked.front().from;
-  kept.stop_at =
-      blocked.empty() ? (window_.blocked_end ? window_.to : r_.end()) : blocked.front().from;
+  kept.stop_at = kept.clear_until;
   kept.sequence = in_.previous ? in_.previous->sequence + 1 : 1;
   kept.map_sequence = field_.sequence();
   record_.min_clearance_m = minClearance(curve_, window_.from, window_.to, field_);
@@ -422,6 +421,11 @@ GlobalPlannerOutput Refinement::keep(RefineOutcome outcome)
 GlobalPlannerOutput Refinement::run()
 {
   chooseWindow();
+  if (window_.to <= window_.from && window_.from < r_.end() && !window_.blocked_end)
+  {
+    record_.outcome = "reference outside the map";
+    return keep(RefineOutcome::StillOccupied);
+  }
   if (!window_.hasFreePoints())
   {
     const bool blocked = window_.blocked_end || !occupied(curve_, hard_).empty();
@@ -458,7 +462,9 @@ GlobalPlannerOutput Refinement::run()
                                                       : RefineOutcome::Refined,
                   *accepted);
   if (!record_.outcome.empty())
-    return keep(atEndOfReference() ? RefineOutcome::GoalBlocked : RefineOutcome::GuideFailed);
+    return keep(atEndOfReference() && record_.outcome != "guide: start blocked"
+                    ? RefineOutcome::GoalBlocked
+                    : RefineOutcome::GuideFailed);
   return keep(blocks_goal ? RefineOutcome::GoalBlocked : RefineOutcome::StillOccupied);
 }
 

@@ -37,7 +37,7 @@ struct RefinedReference
   double clear_until =
       0.0;  ///< [s] parameter up to which the curve was verified clear (optimistic field)
   double stop_at =
-      0.0;  ///< [s] parameter at which the vehicle must rest: end of R, or before a blockage
+      0.0;  ///< [s] parameter at which the vehicle must rest: end of R, or of what was verified
   std::uint64_t sequence = 0;  ///< counts commits
   std::uint64_t map_sequence = 0;
 };
@@ -66,10 +66,10 @@ struct GlobalPlannerOutput
  * vehicle -> occupied segments -> guide -> parallel convex decomposition -> pushing directions ->
  * gradients -> J by L-BFGS-B -> check.
  *
- *  A pure function of its input (no warm start of its own); never throws after construction. A
- * refinement that is not verified clear is never applied silently. The window's first three control
- * points are those of `previous`, so position, velocity and acceleration are continuous where the
- * vehicle is.
+ *  A pure function of its input (no warm start of its own). A refinement that is not verified clear
+ * is never applied silently. The control points of the span under the vehicle are those of
+ * `previous`, so position, velocity and acceleration are continuous where the vehicle is, unless it
+ * starts a new plan where it stands (far from the old one, or at rest before a blockage).
  *  @see docs/paper_map.md for each equation's home */
 class GlobalPlanner
 {
