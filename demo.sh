@@ -11,6 +11,8 @@ cmake/install-packages.sh
 cmake --build build/demo --target slalom-replay slalom_tracker
 
 flight=datasets/forest_slalom
+code=0
 build/demo/bin/slalom-replay --config "$flight/replay.ini" --rawlog "$flight/flight.rawlog" \
-  --out slalom-report --overwrite "$@"
+  --out slalom-report --overwrite "$@" || code=$?
 echo "The report is in $(pwd)/slalom-report; the first page to look at is slalom-report/overview.png"
+exit $code

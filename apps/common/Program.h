@@ -59,6 +59,7 @@ inline void onInterrupt(int)
   interrupted = 1;
   // A second Ctrl-C ends the program at once.
   std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
 }
 }  // namespace detail
 
@@ -127,6 +128,7 @@ inline int runProgram(int argc, char** argv, const std::string& name, const std:
     return app.exit(e) == 0 ? kDone : kUsage;
   }
   std::signal(SIGINT, detail::onInterrupt);
+  std::signal(SIGTERM, detail::onInterrupt);
   try
   {
     const int code = run();

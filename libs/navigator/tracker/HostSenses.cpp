@@ -79,13 +79,18 @@ void HostSenses::take(const mrpt::obs::CObservation& observation, const Sink& si
   }
 }
 
-// The host's clock goes on while sensors are silent, but only if it is the clock of the stamps.
+// The host's clock goes on while sensors are silent, whatever its offset from the stamps is.
 void HostSenses::advanceClock()
 {
   if (!newest_) return;
   const double host = decoder_.logTime(robot_.now());
-  if (heard_) clock_agrees_ = std::abs(host - *newest_) < kSameTimeBase_s;
-  const double now = clock_agrees_ ? std::max(host, *newest_) : *newest_;
+  if (heard_)
+  {
+    clock_agrees_ = std::abs(host - *newest_) < kSameTimeBase_s;
+    host_when_heard_ = host;
+  }
+  const double now =
+      clock_agrees_ ? std::max(host, *newest_) : *newest_ + std::max(0.0, host - host_when_heard_);
   now_ = std::max(now_.value_or(now), now);
 }
 
@@ -96,14 +101,26 @@ mrpt::Clock::time_point HostSenses::stamp(double log_time) const
                        : mrpt::Clock::time_point{};
 }
 
+/// Age of a stamp by the host's own clock [s]; 0 for a stamp that is not set or not believable.
+double HostSenses::ageOf(const mrpt::Clock::time_point& stamp) const
+{
+  constexpr double kBelievable_s = 10.0;
+  if (stamp == mrpt::Clock::time_point{} || stamp == INVALID_TIMESTAMP) return 0.0;
+  const double age = mrpt::Clock::toDouble(robot_.now()) - mrpt::Clock::toDouble(stamp);
+  return age > 0.0 && age < kBelievable_s ? age : 0.0;
+}
+
 void HostSenses::askForState(double t, const Sink& sink)
 {
   State3D state;
   host_state_.reset();
   if (!robot_.getCurrentState3D(state)) return;
   host_state_ = state;
+  if (state.time != mrpt::Clock::time_point{} &&
+      state.time == std::exchange(last_state_, state.time))
+    return;  // nothing new: the state grows old, and the engine brakes when it is too old
   core::PoseFix fix;
-  fix.t = t;
+  fix.t = t - ageOf(state.time);
   fix.T_WB = isometry(state.pose);
   fix.source = kHost;
   if (fix.T_WB.matrix().allFinite()) sink(fix);
@@ -116,7 +133,7 @@ void HostSenses::askForObstacles(double t, const Sink& sink)
   if (!robot_.senseObstacles(obstacles, stamp)) return;
   if (stamp != INVALID_TIMESTAMP && stamp == std::exchange(last_obstacles_, stamp)) return;
   core::RangeScan scan;
-  scan.t = t;
+  scan.t = t - ageOf(stamp);
   scan.label = kHost;
   for (std::size_t i = 0; i < obstacles.size(); ++i)
   {

@@ -51,6 +51,7 @@ class HostSenses
   void pullObservations(const Sink& sink);
   void take(const mrpt::obs::CObservation& observation, const Sink& sink);
   void advanceClock();
+  [[nodiscard]] double ageOf(const mrpt::Clock::time_point& stamp) const;
   void askForState(double t, const Sink& sink);
   void askForObstacles(double t, const Sink& sink);
 
@@ -62,7 +63,9 @@ class HostSenses
   std::vector<core::TimedPose> truth_;
   std::optional<State3D> host_state_;
   std::optional<double> now_, newest_;
-  bool heard_ = false;         // something new in this pull
+  bool heard_ = false;            // something new in this pull
+  double host_when_heard_ = 0.0;  // log time by the host's clock
+  mrpt::Clock::time_point last_state_;
   bool clock_agrees_ = false;  // the host's clock and the stamps are of one time base
   mrpt::system::TTimeStamp last_obstacles_ = INVALID_TIMESTAMP;
   std::uint64_t undecodable_ = 0;
