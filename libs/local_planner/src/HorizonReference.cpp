@@ -32,7 +32,11 @@ HorizonReference sampleHorizon(const LocalPlannerInput& input, const LocalPlanne
     const double parameter = input.progress + k * stride;
     const Eigen::Vector3d v = velocityAt(input, rate, parameter);
     if (v.head<2>().norm() >= std::max(config.yaw_hold_speed_mps, 1e-3))
-      heading += core::wrapAngle(std::atan2(v.y(), v.x()) - heading);
+    {
+      // The short way is the vehicle's, not that of a heading it may never have reached.
+      const double from = k == 0 ? yaw : heading;
+      heading = from + core::wrapAngle(std::atan2(v.y(), v.x()) - from);
+    }
     horizon.states.col(k) << input.reference->position(std::min(parameter, input.stop_at)), heading;
     if (k == n) break;
     horizon.inputs.col(k).head<3>() = velocityAt(input, rate, parameter + 0.5 * stride);

@@ -27,9 +27,11 @@ using detail::Plan;
 constexpr int kMaxShifts = 5;   // ticks that an old plan may be flown on
 constexpr double kReach = 1.0;  // [m] beyond the asked-for distance, how far obstacles matter
 constexpr double kFarthestPull = 1.5;  // [m] of the reference from the expected position
-constexpr double kUnused = 1e3;        // [m] depth of a row that is not needed
-constexpr double kFeasible = 1e-3;     // [SI] residual of a plan that may be flown
-constexpr double kStationary = 5e-2;   // and of its gradient
+constexpr int kQuickIterations = 25;
+constexpr double kDeep = 0.05;   // [m] a guess this far inside the asked-for distance is a bad one
+constexpr double kUnused = 1e3;  // [m] depth of a row that is not needed
+constexpr double kFeasible = 1e-3;    // [SI] residual of a plan that may be flown
+constexpr double kStationary = 5e-2;  // and of its gradient
 
 /// Throws on the first field outside its range.
 struct RangeCheck
@@ -104,7 +106,7 @@ struct LocalPlanner::Impl
   struct Shape
   {
     NmpcProgram program;
-    optim::IpoptSolver solver;
+    optim::IpoptSolver quick, thorough;
   };
 
   /// What a step works on.
@@ -124,7 +126,8 @@ struct LocalPlanner::Impl
   {
     return vehicle.radius_m + config.min_clearance_margin_m;
   }
-  bool solve(Tick& tick, const HorizonReference& reference);
+  optim::NlpSolution solve(Shape& shape, const Plan& guess, const core::Deadline& deadline) const;
+  bool flyFresh(Tick& tick, const HorizonReference& reference);
   bool flyShifted(Tick& tick);
   void flyBrake(Tick& tick, const std::string& why);
   [[nodiscard]] bool collides(const Plan& motion, const core::DistanceField* field) const;
@@ -147,10 +150,16 @@ LocalPlanner::Impl::Impl(const LocalPlannerConfig& given, const core::Vehicle& l
 {
   LocalPlannerConfig::fields(config, RangeCheck());
   core::Vehicle::fields(vehicle, RangeCheck());
-  const optim::IpoptConfig ipopt{.tolerance = config.tolerance,
-                                 .max_iterations = config.max_iterations};
+  // A small barrier takes the least iterations from a good guess but may stall from a bad one,
+  // where the multipliers are still far from the penalty; the large one starts at that scale.
+  optim::IpoptConfig quick{.tolerance = config.tolerance,
+                           .max_iterations = std::min(kQuickIterations, config.max_iterations)};
+  optim::IpoptConfig thorough{.tolerance = config.tolerance,
+                              .max_iterations = config.max_iterations};
+  thorough.initial_barrier = std::max(quick.initial_barrier, 0.05 * config.obstacle_penalty);
   for (int rows = 0; rows <= config.obstacles_per_stage; ++rows)
-    shapes.push_back({NmpcProgram(config, vehicle, rows), optim::IpoptSolver(ipopt)});
+    shapes.push_back({NmpcProgram(config, vehicle, rows), optim::IpoptSolver(quick),
+                      optim::IpoptSolver(thorough)});
 }
 
 /// The time over which a change of command is spread; never longer than one stage, so that a late
@@ -224,8 +233,21 @@ void LocalPlanner::Impl::show(const Plan& motion, LocalPlannerOutput& output) co
   output.horizon_yaw = motion.states.row(3).transpose();
 }
 
+optim::NlpSolution LocalPlanner::Impl::solve(Shape& shape, const Plan& guess,
+                                             const core::Deadline& deadline) const
+{
+  optim::NlpPoint start;
+  start.x = shape.program.pack(guess.states, guess.inputs);
+  if (shape.program.neededSlack(guess.states) <= kDeep)
+  {
+    optim::NlpSolution solution = shape.quick.solve(shape.program, start, deadline);
+    if (solution.report.converged() || deadline.passed()) return solution;
+  }
+  return shape.thorough.solve(shape.program, start, deadline);
+}
+
 /// A fresh plan; false if there is none that may be flown.
-bool LocalPlanner::Impl::solve(Tick& tick, const HorizonReference& reference)
+bool LocalPlanner::Impl::flyFresh(Tick& tick, const HorizonReference& reference)
 {
   const Plan start = guess(tick, reference);
   CloseObstacles close;
@@ -242,9 +264,7 @@ bool LocalPlanner::Impl::solve(Tick& tick, const HorizonReference& reference)
   }
   output.close_obstacles_L = close.points_L;
   Shape& shape = prepare(tick, reference, start, close);
-  optim::NlpPoint point;
-  point.x = shape.program.pack(start.states, start.inputs);
-  optim::NlpSolution solution = shape.solver.solve(shape.program, point, tick.input.deadline);
+  optim::NlpSolution solution = solve(shape, start, tick.input.deadline);
   output.report = std::move(solution.report);
 
   const core::SolveReport& report = output.report;
@@ -339,7 +359,7 @@ LocalPlannerOutput LocalPlanner::Impl::step(const LocalPlannerInput& input)
   }
   const HorizonReference reference = detail::sampleHorizon(input, config, vehicle, held_heading);
   held_heading = reference.heading;
-  if (!solve(tick, reference) && !flyShifted(tick)) flyBrake(tick, tick.output.report.message);
+  if (!flyFresh(tick, reference) && !flyShifted(tick)) flyBrake(tick, tick.output.report.message);
   return std::move(tick.output);
 }
 

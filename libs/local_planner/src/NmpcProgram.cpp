@@ -48,17 +48,28 @@ VectorXd NmpcProgram::pack(const Eigen::Matrix4Xd& states, const Eigen::Matrix4X
   {
     x.segment<4>(input(k)) = inputs.col(k);
     x.segment<4>(state(k + 1)) = states.col(k + 1);
-    if (rows_ == 0) continue;
-    double needed = 0.0;
-    for (int j = 0; j < rows_; ++j)
-    {
-      const KeepOut& row = keepOut(k + 1, j);
-      needed = std::max(needed, row.offset - row.normal.dot(states.col(k + 1).head<3>()));
-    }
     // Well inside its bound and its rows: an interior-point method hates to start on them.
-    x[slack(k + 1)] = needed + 0.1;
+    if (rows_ > 0) x[slack(k + 1)] = neededSlack(states, k + 1) + 0.1;
   }
   return x;
+}
+
+double NmpcProgram::neededSlack(const Eigen::Matrix4Xd& states, int k) const
+{
+  double needed = 0.0;
+  for (int j = 0; j < rows_; ++j)
+  {
+    const KeepOut& row = keepOut(k, j);
+    needed = std::max(needed, row.offset - row.normal.dot(states.col(k).head<3>()));
+  }
+  return needed;
+}
+
+double NmpcProgram::neededSlack(const Eigen::Matrix4Xd& states) const
+{
+  double worst = 0.0;
+  for (int k = 1; k <= stages_; ++k) worst = std::max(worst, neededSlack(states, k));
+  return worst;
 }
 
 Eigen::Matrix4Xd NmpcProgram::statesOf(const VectorXd& x) const

@@ -53,6 +53,8 @@ class NmpcProgram : public optim::NonlinearProgram
 
   [[nodiscard]] Eigen::VectorXd pack(const Eigen::Matrix4Xd& states,
                                      const Eigen::Matrix4Xd& inputs) const;
+  /// By how much the worst stage of `states` violates its rows [m].
+  [[nodiscard]] double neededSlack(const Eigen::Matrix4Xd& states) const;
   [[nodiscard]] Eigen::Matrix4Xd statesOf(const Eigen::VectorXd& x) const;  ///< 4x(N+1)
   [[nodiscard]] Eigen::Matrix4Xd inputsOf(const Eigen::VectorXd& x) const;  ///< 4xN
   [[nodiscard]] double worstSlack(const Eigen::VectorXd& x) const;          ///< [m]
@@ -76,6 +78,7 @@ class NmpcProgram : public optim::NonlinearProgram
                Eigen::Ref<Eigen::VectorXd> values) const override;
 
  private:
+  [[nodiscard]] double neededSlack(const Eigen::Matrix4Xd& states, int k) const;
   using Point = Eigen::Ref<const Eigen::VectorXd>;
   [[nodiscard]] int stride() const { return rows_ > 0 ? 9 : 8; }
   [[nodiscard]] int input(int k) const { return k * stride(); }            ///< u_k, k = 0..N-1

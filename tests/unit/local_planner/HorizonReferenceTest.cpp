@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "ClosedLoop.h"
+#include "HorizonReference.h"
+#include "slalom/core/Rng.h"
+
+namespace
+{
+using Eigen::Vector3d;
+using slalom::core::Rng;
+using slalom::core::Vehicle;
+using slalom::local_planner::LocalPlannerConfig;
+using slalom::local_planner::LocalPlannerInput;
+using namespace slalom::local_planner::detail;
+using slalom::test::straightReference;
+
+LocalPlannerInput along(const Vector3d& velocity, double yaw)
+{
+  LocalPlannerInput input;
+  input.reference = straightReference(Vector3d(1.0, 2.0, 3.0), velocity, 20.0);
+  input.progress = 2.0;
+  input.stop_at = input.reference->end();
+  input.state.q_WB = slalom::core::fromYaw(yaw);
+  return input;
+}
+
+TEST(HorizonReference, FollowsTheSplineAndRestsAtItsStop)
+{
+  const LocalPlannerConfig config;
+  LocalPlannerInput input = along(Vector3d(1.0, 0.0, 0.2), 0.0);
+  input.rate = 0.5;
+  input.stop_at = 2.5;  // reached after one second at half pace
+  const HorizonReference horizon = sampleHorizon(input, config, Vehicle{}, std::nullopt);
+  for (int k = 0; k <= config.horizon; ++k)
+  {
+    const double parameter = std::min(2.5, 2.0 + 0.5 * 0.1 * k);
+    EXPECT_LE((horizon.states.col(k).head<3>() - input.reference->position(parameter)).norm(),
+              1e-12);
+    if (k == config.horizon) break;
+    const Vector3d v = k < 10 ? Vector3d(0.5, 0.0, 0.1) : Vector3d::Zero();
+    EXPECT_LE((horizon.inputs.col(k).head<3>() - v).norm(), 1e-12) << k;
+  }
+}
+
+TEST(HorizonReference, InputsLeadFromPointToPointOnCurves)
+{
+  // Velocity feed-forward that does not match the points would make the vehicle lag.
+  Eigen::Matrix3Xd points(3, 30);
+  points.col(0).setZero();
+  for (int i = 1; i < 30; ++i)
+    points.col(i) = points.col(i - 1) + 0.2 * Vector3d(0.8, 0.3 * std::sin(0.4 * i), 0.0);
+  LocalPlannerInput input;
+  input.reference = std::make_shared<slalom::spline::UniformBSpline>(points, 0.2);
+  input.progress = 1.0;
+  input.stop_at = input.reference->end();
+  const HorizonReference horizon = sampleHorizon(input, {}, Vehicle{}, std::nullopt);
+  for (int k = 0; k < 15; ++k)
+    EXPECT_LE((horizon.states.col(k + 1) - horizon.states.col(k) - 0.1 * horizon.inputs.col(k))
+                  .head<3>()
+                  .norm(),
+              2e-4);
+}
+
+TEST(HorizonReference, HeadingTurnsTheShortWayAndIsContinuous)
+{
+  for (std::uint64_t seed = 1; seed <= 500; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Rng rng(seed);
+    const double course = rng.uniform(-std::numbers::pi, std::numbers::pi);
+    const double yaw = rng.uniform(-std::numbers::pi, std::numbers::pi);
+    const LocalPlannerInput input = along(Vector3d(std::cos(course), std::sin(course), 0.3), yaw);
+    const HorizonReference horizon = sampleHorizon(input, {}, Vehicle{}, rng.uniform(-9.0, 9.0));
+    EXPECT_LE(std::abs(horizon.states(3, 0) - yaw), std::numbers::pi + 1e-9);
+    EXPECT_NEAR(slalom::core::wrapAngle(horizon.states(3, 0) - course), 0.0, 1e-9);
+    for (int k = 0; k < 15; ++k) EXPECT_NEAR(horizon.states(3, k + 1), horizon.states(3, k), 1e-9);
+  }
+}
+
+TEST(HorizonReference, HeadingHoldsWhenSlow)
+{
+  const LocalPlannerInput slow = along(Vector3d(0.0, 0.15, 0.5), 1.0);  // climbs
+  EXPECT_NEAR(sampleHorizon(slow, {}, Vehicle{}, std::nullopt).states(3, 7), 1.0, 1e-9);
+  EXPECT_NEAR(sampleHorizon(slow, {}, Vehicle{}, 0.4).states(3, 7), 0.4, 1e-9);
+  const LocalPlannerInput fast = along(Vector3d(0.0, 0.25, 0.5), 1.0);
+  EXPECT_NEAR(sampleHorizon(fast, {}, Vehicle{}, 0.4).states(3, 7), 0.5 * std::numbers::pi, 1e-9);
+}
+
+}  // namespace
