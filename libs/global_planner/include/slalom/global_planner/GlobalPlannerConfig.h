@@ -22,7 +22,7 @@ struct GlobalPlannerConfig
       1.0;                    ///< [m] farther from its plan than this the vehicle gets a new start
   int max_evaluations = 150;  ///< [1] L-BFGS evaluations per attempt
   int max_attempts = 3;       ///< [1] restarts with a doubled lambda_obs
-  int threads = 2;            ///< [1] for the parallel decomposition
+  int threads = 1;            ///< [1] for the parallel decomposition
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
