@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -9,8 +8,14 @@
 
 namespace slalom::doctor
 {
-/// What is wrong with a configuration file and the assignments on top of it.
+/** What is wrong with the configuration of a replay: syntax, keys, ranges, rules between keys, and
+ * the mission file it names.
+ *  @param files later ones win, as for slalom-replay
+ *  @param assignments "section.key=value", win over files */
 [[nodiscard]] std::vector<mrpt_io::Finding> examineConfig(
-    const std::filesystem::path& file, const std::vector<std::string>& assignments);
+    const std::vector<std::string>& files, const std::vector<std::string>& assignments);
+
+/// docs/configuration.md: every key of every program.
+[[nodiscard]] std::string configReference();
 
 }  // namespace slalom::doctor

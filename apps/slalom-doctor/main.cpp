@@ -15,9 +15,9 @@ using namespace slalom;
 
 struct Options
 {
-  std::vector<std::filesystem::path> rawlogs, configs;
-  std::vector<std::string> assignments;
-  bool system = false, quiet = false;
+  std::vector<std::filesystem::path> rawlogs;
+  std::vector<std::string> configs, assignments;
+  bool system = false, reference = false, quiet = false;
 };
 
 /// Prints findings, one line each. @return true when one of them is an error
@@ -41,7 +41,13 @@ bool print(const std::vector<mrpt_io::Finding>& findings, bool quiet)
 
 int run(const Options& options)
 {
-  if (options.rawlogs.empty() && options.configs.empty() && !options.system)
+  if (options.reference)
+  {
+    std::cout << doctor::configReference();
+    return app::kDone;
+  }
+  const bool config = !options.configs.empty() || !options.assignments.empty();
+  if (options.rawlogs.empty() && !config && !options.system)
     throw app::UsageError("nothing to examine; give --rawlog, --config or --system");
   // A damaged length field must not take the machine with it.
   mrpt_io::limitMemory(std::uint64_t(4) << 30);
@@ -49,8 +55,8 @@ int run(const Options& options)
   if (options.system) (void)print(doctor::examineSystem(), options.quiet);
   for (const auto& file : options.rawlogs)
     if (print(mrpt_io::diagnoseRawlog(file), options.quiet)) code = app::kBadInput;
-  for (const auto& file : options.configs)
-    if (print(doctor::examineConfig(file, options.assignments), options.quiet)) code = app::kUsage;
+  if (config && print(doctor::examineConfig(options.configs, options.assignments), options.quiet))
+    code = app::kUsage;
   return code;
 }
 }  // namespace
@@ -65,11 +71,14 @@ int main(int argc, char** argv)
       {
         app.add_option("--rawlog", options.rawlogs, "rawlog to examine; may be repeated")
             ->allow_extra_args(false);
-        app.add_option("-c,--config", options.configs, "INI file to examine; may be repeated")
+        app.add_option("-c,--config", options.configs,
+                       "INI file of a replay to examine; may be repeated, later files win")
             ->allow_extra_args(false);
         app.add_option("--set", options.assignments, "section.key=value on top of --config")
             ->allow_extra_args(false);
         app.add_flag("--system", options.system, "examine this build and machine");
+        app.add_flag("--config-reference", options.reference,
+                     "print every key of every program as Markdown and stop");
         app.add_flag("-q,--quiet", options.quiet, "print warnings and errors only");
       },
       [&] { return run(options); });

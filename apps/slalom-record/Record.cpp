@@ -5,12 +5,9 @@
 #include <fstream>
 
 #include "Progress.h"
-#include "slalom/core/Vehicle.h"
-#include "slalom/mrpt_io/ConfigBinder.h"
+#include "RecordSettings.h"
+#include "slalom/core/Files.h"
 #include "slalom/mrpt_io/RawlogWriter.h"
-#include "slalom/simulation/FlightRecorder.h"
-#include "slalom/simulation/Forest.h"
-#include "slalom/simulation/ScriptedFlight.h"
 #include "slalom/simulation/World.h"
 
 namespace slalom::record
@@ -21,34 +18,13 @@ namespace fs = std::filesystem;
 using simulation::ScriptedFlight;
 using simulation::World;
 
-struct Config
-{
-  simulation::FlightConfig flight;
-  simulation::SensorSuite sensors;
-  simulation::ForestConfig forest;
-  core::Vehicle vehicle;
-  std::string effective;
-};
-
-Config readConfig(const Options& options)
+app::RecordSettings readSettings(const Options& options)
 {
   mrpt_io::IniDocument document = options.common.document();
   if (options.speed) document.set("flight.speed_mps=" + std::to_string(*options.speed));
   if (options.acceleration)
     document.set("flight.acceleration_mps2=" + std::to_string(*options.acceleration));
-  Config config;
-  mrpt_io::ConfigBinder binder(document);
-  binder.bind("flight", config.flight);
-  binder.bind("record", config.sensors.record);
-  binder.bind("lidar", config.sensors.lidar);
-  binder.bind("imu", config.sensors.imu);
-  binder.bind("gps", config.sensors.gps);
-  binder.bind("velocity", config.sensors.velocity);
-  binder.bind("forest", config.forest);
-  binder.bind("vehicle", config.vehicle);
-  binder.finish();
-  config.effective = binder.effective();
-  return config;
+  return app::readRecordSettings(document);
 }
 
 /// The input is at fault, not the program.
@@ -73,9 +49,8 @@ auto loaded(Load&& load)
 
 void refuseExisting(const fs::path& file, bool overwrite)
 {
-  // Files appear by renaming, which would put a file in the place of a device or a pipe.
-  if (fs::exists(file) && !fs::is_regular_file(file))
-    throw app::UsageError(file.string() + " is not a regular file");
+  if (!core::mayBeReplaced(file))
+    throw app::UsageError(file.string() + " is in the way: not a regular file");
   if (!overwrite && fs::exists(file))
     throw app::UsageError(file.string() + " exists; -w replaces it");
 }
@@ -124,13 +99,13 @@ void refuseCollision(const World& world, const ScriptedFlight& flight, double ra
   throw InputError(text);
 }
 
-void makeForest(const Options& options, const Config& config)
+void makeForest(const Options& options, const app::RecordSettings& settings)
 {
   refuseExisting(options.make_forest, options.common.overwrite);
   try
   {
     writeText(options.make_forest,
-              simulation::forestCsv(simulation::makeForest(config.forest, options.seed)));
+              simulation::forestCsv(simulation::makeForest(settings.forest, options.seed)));
   }
   catch (const std::invalid_argument& error)
   {
@@ -139,12 +114,12 @@ void makeForest(const Options& options, const Config& config)
 }
 
 /// @return log time of the last observation [s]
-double writeRawlog(const Options& options, const Config& config, const World& world,
+double writeRawlog(const Options& options, const app::RecordSettings& settings, const World& world,
                    const ScriptedFlight& flight)
 {
-  simulation::FlightRecorder recorder(world, flight, flight.duration(), config.sensors,
+  simulation::FlightRecorder recorder(world, flight, flight.duration(), settings.sensors,
                                       options.seed);
-  mrpt_io::RawlogWriter writer(options.rawlog, config.sensors.record.gzip_level);
+  mrpt_io::RawlogWriter writer(options.rawlog, settings.sensors.record.gzip_level);
   app::Progress progress("record", options.common.quiet);
   while (!app::interrupted())
   {
@@ -157,15 +132,15 @@ double writeRawlog(const Options& options, const Config& config, const World& wo
   return recorder.time();
 }
 
-int record(const Options& options, const Config& config)
+int record(const Options& options, const app::RecordSettings& settings)
 {
   if (options.world.empty() || options.trajectory.empty() || options.rawlog.empty())
     throw app::UsageError("--world, --trajectory and --rawlog are needed");
   refuseExisting(options.rawlog, options.common.overwrite);
   const World world = loaded([&] { return World::load(options.world); });
   const ScriptedFlight flight =
-      loaded([&] { return ScriptedFlight::load(options.trajectory, config.flight); });
-  if (!options.allow_collision) refuseCollision(world, flight, config.vehicle.radius_m);
+      loaded([&] { return ScriptedFlight::load(options.trajectory, settings.flight); });
+  if (!options.allow_collision) refuseCollision(world, flight, settings.vehicle.radius_m);
 
   const fs::path& out = options.common.out;
   if (!out.empty())
@@ -176,11 +151,11 @@ int record(const Options& options, const Config& config)
     for (const char* name : {"truth.tum", "effective.ini"})
       refuseExisting(out / name, options.common.overwrite);
   }
-  const double end = writeRawlog(options, config, world, flight);
+  const double end = writeRawlog(options, settings, world, flight);
   if (!out.empty())
   {
-    writeText(out / "truth.tum", truthTum(flight, end, config.sensors.record.truth_rate_hz));
-    writeText(out / "effective.ini", config.effective);
+    writeText(out / "truth.tum", truthTum(flight, end, settings.sensors.record.truth_rate_hz));
+    writeText(out / "effective.ini", settings.effective);
   }
   return app::interrupted() ? app::kInterrupted : app::kDone;
 }
@@ -188,11 +163,11 @@ int record(const Options& options, const Config& config)
 
 int run(const Options& options)
 {
-  const Config config = readConfig(options);
+  const app::RecordSettings settings = readSettings(options);
   try
   {
-    if (options.make_forest.empty()) return record(options, config);
-    makeForest(options, config);
+    if (options.make_forest.empty()) return record(options, settings);
+    makeForest(options, settings);
     return app::kDone;
   }
   catch (const InputError& error)

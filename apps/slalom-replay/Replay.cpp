@@ -12,18 +12,17 @@
 #include "Preflight.h"
 #include "Progress.h"
 #include "RecordingClock.h"
-#include "ReplayConfig.h"
 #include "ReplayRobot.h"
+#include "ReplaySettings.h"
 #include "Sha256.h"
 #include "Verify.h"
 #include "slalom/core/CycleRecord.h"
 #include "slalom/engine/Mission.h"
-#include "slalom/mrpt_io/ConfigBinder.h"
 #include "slalom/mrpt_io/MemoryLimit.h"
-#include "slalom/mrpt_io/ObservationDecoder.h"
 #include "slalom/mrpt_io/RawlogReader.h"
 #include "slalom/report/FlightReport.h"
 #include "slalom/report/OutputFolder.h"
+#include "slalom/spline/WaypointFile.h"
 
 namespace slalom::replay
 {
@@ -34,43 +33,23 @@ using app::ExitCode;
 constexpr std::size_t kAddressSpace = std::size_t{4}
                                       << 30;  // a damaged length field must not take the machine
 
-/// All settings of a replay, from files and --set.
-struct Settings
+app::ReplaySettings readSettings(const Options& options)
 {
-  mrpt_io::IniDocument document;
-  engine::EngineConfig engine;
-  mrpt_io::InputConfig input;
-  report::ReportConfig report;
-  ReplayConfig replay;
-  std::string effective;
-};
-
-Settings readSettings(const Options& options)
-{
-  Settings s;
-  s.document = options.common.document();
-  if (options.threaded) s.document.set("engine.threaded=true");
-  mrpt_io::ConfigBinder binder(s.document);
-  engine::bind(binder, s.engine);
-  binder.bind("input", s.input);
-  binder.bind("report", s.report);
-  binder.bind("replay", s.replay);
-  binder.ignore("CAbstractNavigator");  // MRPT's own
-  binder.finish();
-  engine::check(s.engine);
-  s.effective = binder.effective();
-  return s;
+  mrpt_io::IniDocument document = options.common.document();
+  if (options.threaded) document.set("engine.threaded=true");
+  return app::readReplaySettings(document);
 }
 
-/// A path in an INI file is relative to that file.
-std::filesystem::path missionFile(const Options& options, const Settings& settings)
+engine::Mission readMission(const std::filesystem::path& file)
 {
-  if (!options.mission.empty()) return options.mission;
-  const std::filesystem::path named = settings.replay.mission;
-  if (named.empty() || named.is_absolute()) return named;
-  const auto* value = settings.document.find("replay", "mission");
-  const std::string origin = value ? value->origin : "";
-  return std::filesystem::path(origin.substr(0, origin.rfind(':'))).parent_path() / named;
+  try
+  {
+    return {spline::readWaypoints(file).points_W};
+  }
+  catch (const std::runtime_error& error)
+  {
+    throw mrpt_io::ConfigError(error.what());
+  }
 }
 
 navigator::NavigationParams3D goalOf(const engine::Mission& mission, double tolerance)
@@ -107,7 +86,7 @@ class Replay
   int finish();
 
   const Options& options_;
-  Settings settings_;
+  app::ReplaySettings settings_;
   std::optional<engine::Mission> mission_;
   Preflight preflight_;
   mrpt_io::RawlogReader reader_;
@@ -128,17 +107,8 @@ class Replay
 Replay::Replay(const Options& options)
     : options_(options), settings_(readSettings(options)), reader_(options.rawlog)
 {
-  if (const auto file = missionFile(options, settings_); !file.empty())
-  {
-    try
-    {
-      mission_ = engine::readMission(file);
-    }
-    catch (const std::runtime_error& error)
-    {
-      throw mrpt_io::ConfigError(error.what());
-    }
-  }
+  const auto file = options.mission.empty() ? settings_.missionFile() : options.mission;
+  if (!file.empty()) mission_ = readMission(file);
   preflight_ = inspect(options.rawlog, settings_.input.truth_label, settings_.engine.state.wait_s);
   if (settings_.engine.state.source == engine::StateSourceKind::Auto)
   {

@@ -218,6 +218,44 @@ TEST_F(Programs, ReplayChecksWithoutPlaying)
   EXPECT_FALSE(fs::exists(path("dry")));
 }
 
+TEST_F(Programs, DoctorFindsWhatTheReplayRefuses)
+{
+  const auto examine = [&](const std::string& more)
+  { return call(kBin + "/slalom-doctor " + more); };
+  spill(path("good.ini"), "[vehicle]\nradius_m = 0.3\n[replay]\nmission = mission.csv\n");
+  const Result good = examine("-c " + path("good.ini"));
+  EXPECT_EQ(good.code, 0) << good.output;
+  EXPECT_NE(good.output.find("2 waypoints"), std::string::npos) << good.output;
+
+  const std::pair<const char*, const char*> bad[] = {
+      {"[mapping]\nresolutoin_m = 0.2\n", "resolution_m"},
+      {"[mappping]\nresolution_m = 0.2\n", "[mappping]"},
+      {"[vehicle]\nradius_m = nan\n", "bad.ini:2"},
+      {"[vehicle]\nradius_m = 1000\n", "bad.ini:2"},
+      {"[report]\npicture_size_px = 1\n", "bad.ini:2"},
+      {"[vehicle]\nradius_m = 0.9\n", "clearance_m"},
+      {"[replay]\nmission = nowhere.csv\n", "nowhere.csv"}};
+  for (const auto& [text, says] : bad)
+  {
+    SCOPED_TRACE(text);
+    spill(path("bad.ini"), text);
+    const Result run = examine("-c " + path("bad.ini"));
+    EXPECT_EQ(run.code, 2) << run.output;
+    EXPECT_NE(run.output.find(says), std::string::npos) << run.output;
+    EXPECT_EQ(replayFlight("bad", "--dry-run -c " + path("bad.ini")).code,
+              std::string(says) == "nowhere.csv" ? 0 : 2)
+        << "only a mission file may be replaced, by --mission";
+  }
+}
+
+TEST_F(Programs, ConfigurationReferenceIsUpToDate)
+{
+  const Result run = call(kBin + "/slalom-doctor --config-reference");
+  EXPECT_EQ(run.code, 0);
+  EXPECT_TRUE(run.output == slurp(fs::path(SLALOM_SOURCE_DIR) / "docs/configuration.md"))
+      << "run: slalom-doctor --config-reference > docs/configuration.md";
+}
+
 TEST_F(Programs, EveryProgramHasHelpAndVersion)
 {
   for (const char* program : {"slalom-replay", "slalom-record", "slalom-import", "slalom-doctor"})

@@ -4,13 +4,12 @@
 #include <algorithm>
 
 #include "FieldText.h"
-#include "Spelling.h"
+#include "slalom/mrpt_io/Spelling.h"
 
 namespace slalom::mrpt_io
 {
 namespace
 {
-using detail::sameIgnoringCase;
 
 struct BoundField
 {
@@ -73,7 +72,7 @@ struct ConfigBinder::Impl : detail::FieldHandler
       if (found == names.end())
         fail(field, given->text,
              "must be one of: " + joined(names) +
-                 detail::didYouMean(given->text, {names.begin(), names.end()}));
+                 didYouMean(given->text, {names.begin(), names.end()}));
       index = static_cast<std::size_t>(found - names.begin());
     }
     remember(field, std::string(index < names.size() ? names[index] : ""));
@@ -138,7 +137,7 @@ struct ConfigBinder::Impl : detail::FieldHandler
     const std::vector<std::string> keys = document.keys(name);
     const std::string place =
         keys.empty() ? "configuration" : document.find(name, keys.front())->origin;
-    return place + ": unknown section [" + name + "]" + detail::didYouMean(name, known);
+    return place + ": unknown section [" + name + "]" + didYouMean(name, known);
   }
 
   /// Empty when the key is known.
@@ -150,7 +149,7 @@ struct ConfigBinder::Impl : detail::FieldHandler
       if (sameIgnoringCase(field.key, key)) return "";
       known.push_back(field.key);
     }
-    std::string hint = detail::didYouMean(key, known);
+    std::string hint = didYouMean(key, known);
     for (const auto& other : sections)
       for (const BoundField& field : other->fields)
         if (hint.empty() && sameIgnoringCase(field.key, key))

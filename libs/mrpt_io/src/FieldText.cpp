@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "IniParser.h"
-#include "Spelling.h"
+#include "slalom/mrpt_io/Spelling.h"
 
 namespace slalom::mrpt_io::detail
 {

@@ -5,8 +5,8 @@
 #include <map>
 #include <vector>
 
-#include "Spelling.h"
 #include "slalom/mrpt_io/IniDocument.h"
+#include "slalom/mrpt_io/Spelling.h"
 
 namespace slalom::mrpt_io::detail
 {

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "slalom/core/Files.h"
 #include "slalom/mrpt_io/RawlogReader.h"
 
 namespace slalom::mrpt_io
@@ -106,6 +107,8 @@ RawlogWriter::RawlogWriter(const std::filesystem::path& file, int gzip_level)
 {
   if (gzip_level < 0 || gzip_level > 9)
     throw std::invalid_argument("gzip level " + std::to_string(gzip_level) + " is not in [0, 9]");
+  if (!core::mayBeReplaced(file))
+    throw RawlogError(file.string() + ": is in the way: not a regular file");
   impl_ = std::make_unique<Impl>(file, gzip_level);
 }
 

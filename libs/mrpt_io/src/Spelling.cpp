@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Spelling.h"
+#include "slalom/mrpt_io/Spelling.h"
 
 #include <algorithm>
 #include <cctype>
 
-namespace slalom::mrpt_io::detail
+namespace slalom::mrpt_io
 {
 namespace
 {
@@ -59,4 +59,4 @@ std::string didYouMean(std::string_view word, const std::vector<std::string>& ca
   return best.empty() ? "" : "; did you mean '" + best + "'?";
 }
 
-}  // namespace slalom::mrpt_io::detail
+}  // namespace slalom::mrpt_io

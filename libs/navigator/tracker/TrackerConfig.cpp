@@ -2,37 +2,16 @@
 #include "TrackerConfig.h"
 
 #include <algorithm>
-#include <cctype>
-#include <numeric>
 #include <vector>
 
 #include "slalom/mrpt_io/ConfigBinder.h"
+#include "slalom/mrpt_io/Spelling.h"
 
 namespace slalom::navigator
 {
 namespace
 {
-constexpr std::size_t kSlip = 2;  // letters; a section name farther from ours is not ours
-
-/// Letters to insert, remove or replace to get from `a` to `b`, ignoring case (Levenshtein).
-std::size_t letterDistance(const std::string& a, const std::string& b)
-{
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
-  for (std::size_t i = 0; i < a.size(); ++i)
-  {
-    std::size_t diagonal = row[0]++;
-    for (std::size_t j = 0; j < b.size(); ++j)
-    {
-      const std::size_t replace = diagonal + (lower(a[i]) != lower(b[j]));
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replace, row[j + 1] + 1, row[j] + 1});
-    }
-  }
-  return row.back();
-}
-
+constexpr std::size_t kSlip = 2;  // slips; a section name farther from ours is not ours
 }  // namespace
 
 TrackerConfig readTrackerConfig(const mrpt_io::IniDocument& document)
@@ -48,7 +27,7 @@ TrackerConfig readTrackerConfig(const mrpt_io::IniDocument& document)
   for (const std::string& section : document.sections())
     if (std::all_of(ours.begin(), ours.end(),
                     [&section](const std::string& known)
-                    { return letterDistance(section, known) > kSlip; }))
+                    { return mrpt_io::editDistance(section, known) > kSlip; }))
       binder.ignore(section);
   binder.finish();
   engine::check(config.engine);

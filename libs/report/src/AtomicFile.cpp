@@ -8,6 +8,8 @@
 #include <system_error>
 #include <utility>
 
+#include "slalom/core/Files.h"
+
 namespace slalom::report
 {
 namespace
@@ -31,6 +33,7 @@ OutputError::OutputError(std::filesystem::path path, std::string_view what, int 
 
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), part_(path_)
 {
+  if (!core::mayBeReplaced(path_)) throw OutputError(path_, "is in the way: not a regular file");
   part_ += ".part";
   descriptor_ = ::open(part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (descriptor_ < 0) throw OutputError(part_, "cannot be opened for writing", errno);

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "TextFile.h"
+#include "slalom/core/TextTable.h"
 
 namespace slalom::simulation::detail
 {
@@ -81,7 +81,7 @@ class TreeReader
   }
   double number(const std::string& text)
   {
-    const std::optional<double> value = parseNumber(text);
+    const std::optional<double> value = core::parseNumber(text);
     if (!value || *value < 0.0) fail(line_, "malformed number '" + text + "'");
     return *value;
   }

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "TextFile.h"
+#include "slalom/core/TextTable.h"
 #include "slalom/mrpt_io/IniDocument.h"
 
 namespace slalom::simulation::detail
@@ -33,7 +33,7 @@ class Section
   double number(const std::string& key)
   {
     const IniDocument::Value& value = take(key);
-    const std::optional<double> parsed = parseNumber(value.text);
+    const std::optional<double> parsed = core::parseNumber(value.text);
     if (!parsed) fail(value, key, "is not a finite number");
     return *parsed;
   }
@@ -52,7 +52,7 @@ class Section
     {
       const std::size_t comma = rest.find(',');
       if ((comma == std::string_view::npos) != (i == 2)) fail(value, key, "is not x,y,z");
-      const std::optional<double> parsed = parseNumber(trimmed(rest.substr(0, comma)));
+      const std::optional<double> parsed = core::parseNumber(core::trimmed(rest.substr(0, comma)));
       if (!parsed) fail(value, key, "is not x,y,z with finite numbers");
       result[i] = *parsed;
       rest = i == 2 ? rest : rest.substr(comma + 1);
@@ -123,23 +123,25 @@ Box readBox(Section& section)
 
 WorldShapes readTrees(const std::filesystem::path& file)
 {
-  const std::vector<Row> rows = readRows(file, ',');
+  const std::vector<core::TextRow> rows = core::readRows(file, ',');
   const std::vector<std::string> header{"x", "y", "radius", "height"};
   if (rows.empty() || rows.front().fields != header)
-    failAt(file, rows.empty() ? 1 : rows.front().line, "the header must be x,y,radius,height");
+    core::failAt(file, rows.empty() ? 1 : rows.front().line,
+                 "the header must be x,y,radius,height");
   WorldShapes world;
   for (std::size_t k = 1; k < rows.size(); ++k)
   {
-    const Row& row = rows[k];
+    const core::TextRow& row = rows[k];
     if (row.fields.size() != 4)
-      failAt(file, row.line, std::to_string(row.fields.size()) + " fields where 4 are needed");
+      core::failAt(file, row.line,
+                   std::to_string(row.fields.size()) + " fields where 4 are needed");
     Tree tree;
-    tree.centre_W = {numberAt(file, row, 0), numberAt(file, row, 1)};
-    tree.radius = numberAt(file, row, 2);
-    tree.height = numberAt(file, row, 3);
+    tree.centre_W = {core::numberAt(file, row, 0), core::numberAt(file, row, 1)};
+    tree.radius = core::numberAt(file, row, 2);
+    tree.height = core::numberAt(file, row, 3);
     for (const std::size_t field : {2u, 3u})
-      if (!(numberAt(file, row, field) > 0.0))
-        failAt(file, row.line, header[field] + " = " + row.fields[field] + " must be > 0");
+      if (!(core::numberAt(file, row, field) > 0.0))
+        core::failAt(file, row.line, header[field] + " = " + row.fields[field] + " must be > 0");
     world.trees.push_back(tree);
   }
   return world;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <mrpt/obs/CObservationComment.h>
 #include <mrpt/obs/CRawlog.h>
+#include <sys/stat.h>
 #include <zlib.h>
 
 #include <filesystem>
@@ -88,10 +89,26 @@ TEST(RawlogWriter, ErrorsNameTheFile)
   { return test::errorText<RawlogError>([&] { RawlogWriter writer(file); }); };
   EXPECT_NE(open(folder.path() / "no/such/a.rawlog").find("a.rawlog"), std::string::npos);
   EXPECT_THROW(RawlogWriter(folder.path() / "a.rawlog", 11), std::invalid_argument);
+}
 
-  fs::create_directories(folder.path() / "taken.rawlog" / "inside");
-  RawlogWriter blocked(folder.path() / "taken.rawlog");
-  EXPECT_THROW(blocked.close(), RawlogError);
+TEST(RawlogWriter, LeavesAloneWhatIsNotARegularFile)
+{
+  const test::TempFolder folder;
+  const fs::path fifo = folder.path() / "fifo.rawlog", null = folder.path() / "null.rawlog",
+                 sub = folder.path() / "sub.rawlog";
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  fs::create_symlink("/dev/null", null);
+  fs::create_directory(sub);
+  for (const fs::path& file : {fifo, null, sub})
+  {
+    SCOPED_TRACE(file);
+    const auto before = fs::symlink_status(file).type();
+    const std::string text = test::errorText<RawlogError>([&] { RawlogWriter writer(file); });
+    EXPECT_NE(text.find(file.string()), std::string::npos) << text;
+    EXPECT_NE(text.find("not a regular file"), std::string::npos) << text;
+    EXPECT_EQ(fs::symlink_status(file).type(), before);
+  }
+  EXPECT_EQ(folder.count(), 3);
 }
 
 TEST(RawlogWriter, AFullDiskIsAnError)

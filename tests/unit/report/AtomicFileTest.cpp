@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <cerrno>
 #include <csignal>
@@ -82,6 +83,31 @@ TEST(AtomicFile, UnwritablePlaceNamesPathAndReason)
     EXPECT_EQ(error.errorNumber(), ENOTDIR);
     EXPECT_NE(std::string(error.what()).find((folder / "file").string()), std::string::npos);
     EXPECT_NE(std::string(error.what()).find("Not a directory"), std::string::npos);
+  }
+}
+
+TEST(AtomicFile, LeavesAloneWhatIsNotARegularFile)
+{
+  const test::TempFolder folder;
+  ASSERT_EQ(::mkfifo((folder / "fifo").c_str(), 0600), 0);
+  fs::create_symlink("/dev/null", folder / "null");
+  fs::create_directory(folder / "sub");
+  for (const char* name : {"fifo", "null", "sub"})
+  {
+    SCOPED_TRACE(name);
+    const auto before = fs::symlink_status(folder / name).type();
+    try
+    {
+      writeFileAtomically(folder / name, "x");
+      FAIL() << "took the place of something else";
+    }
+    catch (const OutputError& error)
+    {
+      EXPECT_EQ(error.path(), folder / name);
+      EXPECT_NE(std::string(error.what()).find("not a regular file"), std::string::npos);
+    }
+    EXPECT_EQ(fs::symlink_status(folder / name).type(), before);
+    EXPECT_FALSE(fs::exists(folder / (std::string(name) + ".part")));
   }
 }
 

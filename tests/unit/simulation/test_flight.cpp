@@ -177,18 +177,6 @@ TEST(ScriptedFlight, TumFileIsFlownAsRecorded)
   }
 }
 
-TEST(FlightFiles, WaypointsComeInThreeSpellings)
-{
-  const TempFile plain("a.csv", "x,y,z\n1,2,3\n4,5,6\n");
-  EXPECT_EQ(readWaypoints(plain.path()).size(), 2u);
-  EXPECT_TRUE(std::isnan(readWaypoints(plain.path())[0].yaw));
-  const TempFile yaw("b.csv", "1,2,3,0.5\n4,5,6,-0.5\n");
-  EXPECT_EQ(readWaypoints(yaw.path())[1].yaw, -0.5);
-  const TempFile row("c.csv", "17, forest3, 1,2,3, 4,5,6, 7,8,9\n");
-  ASSERT_EQ(readWaypoints(row.path()).size(), 3u);
-  EXPECT_TRUE(readWaypoints(row.path())[2].p_W.isApprox(Vector3d(7, 8, 9)));
-}
-
 TEST(FlightFiles, MalformedScriptsNameFileLineAndValue)
 {
   const std::pair<const char*, std::vector<const char*>> cases[] = {

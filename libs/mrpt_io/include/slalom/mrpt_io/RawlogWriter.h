@@ -9,8 +9,8 @@
 namespace slalom::mrpt_io
 {
 /// Writes a gzip rawlog in observations format, atomically: the file appears under its name at
-/// close(). Byte-identical for identical input. @throws RawlogError when the disk is full or the
-/// path cannot be written.
+/// close(). Byte-identical for identical input. @throws RawlogError when the disk is full, the
+/// path cannot be written, or something is there that is not a regular file.
 class RawlogWriter
 {
  public:

@@ -32,7 +32,8 @@ class OutputError : public std::runtime_error
 class AtomicFile
 {
  public:
-  /// @throws OutputError when NAME.part cannot be opened
+  /// @throws OutputError when NAME.part cannot be opened, or NAME is there and is not a regular
+  /// file
   explicit AtomicFile(std::filesystem::path path);
   ~AtomicFile();
   AtomicFile(AtomicFile&& other) noexcept;

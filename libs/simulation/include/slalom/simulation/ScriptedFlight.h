@@ -40,12 +40,8 @@ struct Waypoint
   double yaw = std::numeric_limits<double>::quiet_NaN();  ///< [rad]
 };
 
-/** Waypoints of a csv: `x,y,z[,yaw_rad]` a line (a header line is allowed), or one row of the
- * paper's dataset, `path_id, world, x1,y1,z1, x2,y2,z2, ...`.
- *  @throws std::runtime_error naming file, line and value */
-[[nodiscard]] std::vector<Waypoint> readWaypoints(const std::filesystem::path& file);
-
-/// Poses of a TUM file, `t x y z qx qy qz qw` a line. @throws std::runtime_error likewise
+/// Poses of a TUM file, `t x y z qx qy qz qw` a line.
+/// @throws std::runtime_error naming file, line and value
 [[nodiscard]] std::vector<core::TimedPose> readTum(const std::filesystem::path& file);
 
 /** A flight along a script, from rest to rest, with the attitude of a multirotor: the thrust
@@ -68,7 +64,8 @@ class ScriptedFlight : public Motion
   [[nodiscard]] static ScriptedFlight along(const std::vector<core::TimedPose>& poses,
                                             const FlightConfig& config);
 
-  /// A csv of waypoints or a TUM file, told apart by their content. @throws std::runtime_error
+  /// Waypoints (spline/WaypointFile.h) or a TUM file, told apart by their content. @throws
+  /// std::runtime_error
   [[nodiscard]] static ScriptedFlight load(const std::filesystem::path& file,
                                            const FlightConfig& config);
 

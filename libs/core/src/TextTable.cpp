@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "TextFile.h"
+#include "slalom/core/TextTable.h"
 
 #include <charconv>
 #include <cmath>
 #include <fstream>
 #include <stdexcept>
 
-namespace slalom::simulation::detail
+namespace slalom::core
 {
 std::string_view trimmed(std::string_view text)
 {
@@ -42,11 +42,11 @@ std::optional<double> parseNumber(std::string_view text)
   return value;
 }
 
-std::vector<Row> readRows(const std::filesystem::path& file, char separator)
+std::vector<TextRow> readRows(const std::filesystem::path& file, char separator)
 {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw std::runtime_error(file.string() + ": cannot be read");
-  std::vector<Row> rows;
+  std::vector<TextRow> rows;
   std::string text;
   for (int line = 1; std::getline(stream, text); ++line)
   {
@@ -59,7 +59,7 @@ std::vector<Row> readRows(const std::filesystem::path& file, char separator)
   return rows;
 }
 
-double numberAt(const std::filesystem::path& file, const Row& row, std::size_t index)
+double numberAt(const std::filesystem::path& file, const TextRow& row, std::size_t index)
 {
   if (index >= row.fields.size())
     failAt(file, row.line, "field " + std::to_string(index + 1) + " is missing");
@@ -74,4 +74,4 @@ void failAt(const std::filesystem::path& file, int line, const std::string& what
   throw std::runtime_error(file.string() + ":" + std::to_string(line) + ": " + what);
 }
 
-}  // namespace slalom::simulation::detail
+}  // namespace slalom::core

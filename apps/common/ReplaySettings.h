@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "slalom/core/Fields.h"
+#include "slalom/engine/EngineConfig.h"
+#include "slalom/mrpt_io/IniDocument.h"
+#include "slalom/mrpt_io/ObservationDecoder.h"
+#include "slalom/report/ReportConfig.h"
 
-namespace slalom::replay
+namespace slalom::app
 {
 /// INI section [replay].
 struct ReplayConfig
@@ -31,4 +36,25 @@ struct ReplayConfig
   }
 };
 
-}  // namespace slalom::replay
+/// All settings of slalom-replay, from files and --set.
+struct ReplaySettings
+{
+  mrpt_io::IniDocument document;  ///< what the following was read from
+  engine::EngineConfig engine;
+  mrpt_io::InputConfig input;
+  report::ReportConfig report;
+  ReplayConfig replay;
+  std::string effective;  ///< INI text of the above with origins
+
+  /// [replay] mission, as seen from the INI file that names it; empty: none.
+  [[nodiscard]] std::filesystem::path missionFile() const;
+};
+
+/** Binds and checks every section that slalom-replay knows. [CAbstractNavigator] is left to the
+ * plugin. @throws mrpt_io::ConfigError */
+[[nodiscard]] ReplaySettings readReplaySettings(const mrpt_io::IniDocument& document);
+
+/// The sections of slalom-replay as Markdown.
+[[nodiscard]] std::string describeReplaySettings();
+
+}  // namespace slalom::app

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace slalom::mrpt_io::detail
+namespace slalom::mrpt_io
 {
 [[nodiscard]] bool sameIgnoringCase(std::string_view a, std::string_view b);
 
@@ -21,4 +21,4 @@ namespace slalom::mrpt_io::detail
 [[nodiscard]] std::string didYouMean(std::string_view word,
                                      const std::vector<std::string>& candidates);
 
-}  // namespace slalom::mrpt_io::detail
+}  // namespace slalom::mrpt_io
