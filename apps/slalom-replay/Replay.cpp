@@ -82,6 +82,10 @@ class Replay
   void onCycle(const core::CycleRecord& cycle);
   void openReport();
   [[nodiscard]] report::RunResult judge() const;
+  [[nodiscard]] report::RunResult finalResult() const;
+  [[nodiscard]] double realtimeFactor() const;
+  void checkVerify() const;
+  void prepareFolder() const;
   [[nodiscard]] report::RunSummary summarise(report::RunResult result) const;
   int finish();
 
@@ -277,6 +281,23 @@ report::RunResult Replay::judge() const
   return result;
 }
 
+double Replay::realtimeFactor() const
+{
+  return wall_s_ > 0.0 ? (clock_.elapsed() - options_.start_s) / wall_s_ : 0.0;
+}
+
+void Replay::prepareFolder() const
+{
+  try
+  {
+    report::prepareOutputFolder(options_.common.out, options_.common.overwrite);
+  }
+  catch (const report::OutputError& error)
+  {
+    throw app::UsageError(error.what());
+  }
+}
+
 report::RunSummary Replay::summarise(report::RunResult result) const
 {
   report::RunSummary summary;
@@ -295,35 +316,55 @@ report::RunSummary Replay::summarise(report::RunResult result) const
     if ((*points)["max"].is_number())
       summary.input.points_per_scan_max = (*points)["max"].get<double>();
   }
-  if (wall_s_ > 0.0) summary.realtime_factor = (clock_.elapsed() - options_.start_s) / wall_s_;
+  summary.realtime_factor = realtimeFactor();
   return summary;
+}
+
+/// What the run amounts to when deadlines and an earlier run have their say; a worse finding is not
+/// covered up.
+report::RunResult Replay::finalResult() const
+{
+  report::RunResult result = judge();
+  const double factor = realtimeFactor(), wanted = settings_.replay.min_realtime_factor;
+  if (result.code == ExitCode::kDone && factor < wanted)
+  {
+    result.code = ExitCode::kDeadlineMissed;
+    result.success = false;
+    result.message += "; deadline objective missed: " + std::to_string(factor) +
+                      " times real time, wanted " + std::to_string(wanted);
+  }
+  return result;
 }
 
 int Replay::finish()
 {
-  const report::RunSummary summary = summarise(judge());
+  const report::RunSummary summary = summarise(finalResult());
   if (!report_)
     throw mrpt_io::RawlogError(options_.rawlog.string() + ": " + summary.result.message);
+  if (settings_.engine.mapping.keep_octree && preflight_.volumetric_range &&
+      !navigator_->writeMap((options_.common.out / "map.bt").string()))
+    std::cerr << "slalom-replay: warning: map.bt could not be written\n";
   report_->finish(summary);
-  if (settings_.engine.mapping.keep_octree)
-    (void)navigator_->writeMap((options_.common.out / "map.bt").string());
-
-  int code = summary.result.code;
   std::cout << summary.result.name << ": " << summary.result.message << "\n";
-  if (!options_.verify.empty())
-  {
-    const Verdict verdict = compareRuns(options_.verify, options_.common.out);
-    std::cout << (verdict.equal ? "verified: " : "NOT EQUAL: ") << verdict.message << "\n";
-    if (!verdict.equal) code = ExitCode::kRegression;
-  }
-  const double wanted = settings_.replay.min_realtime_factor;
-  if (code == ExitCode::kDone && summary.realtime_factor && *summary.realtime_factor < wanted)
-  {
-    std::cout << "deadline objective missed: " << *summary.realtime_factor
-              << " times real time, wanted " << wanted << "\n";
-    code = ExitCode::kDeadlineMissed;
-  }
-  return code;
+  if (options_.verify.empty()) return summary.result.code;
+
+  const Verdict verdict = compareRuns(options_.verify, options_.common.out);
+  std::cout << (verdict.equal ? "verified: " : "NOT EQUAL: ") << verdict.message << "\n";
+  const bool worse_already =
+      summary.result.code != ExitCode::kDone && summary.result.code != ExitCode::kGoalNotReached;
+  return verdict.equal || worse_already ? summary.result.code : int(ExitCode::kRegression);
+}
+
+/// A --verify that could only compare a run with itself, or with nothing, is a mistake of the
+/// caller.
+void Replay::checkVerify() const
+{
+  if (options_.verify.empty()) return;
+  if (!std::filesystem::exists(options_.verify / "cycles.csv"))
+    throw app::UsageError("--verify: " + options_.verify.string() + " holds no cycles.csv");
+  std::error_code error;
+  if (std::filesystem::equivalent(options_.verify, options_.common.out, error))
+    throw app::UsageError("--verify and --out are the same folder");
 }
 
 int Replay::run()
@@ -334,7 +375,8 @@ int Replay::run()
     return ExitCode::kDone;
   }
   if (options_.common.out.empty()) throw app::UsageError("--out: an output folder is needed");
-  report::prepareOutputFolder(options_.common.out, options_.common.overwrite);
+  checkVerify();
+  prepareFolder();
   openNavigator();
   wall_start_ = std::chrono::steady_clock::now();
   try
@@ -360,7 +402,10 @@ int run(const Options& options)
   }
   catch (const report::OutputError& error)
   {
-    throw app::UsageError(error.what());
+    // The folder was good at the start: the disk ran full, or somebody took it away. What was
+    // written is kept.
+    std::cerr << "slalom-replay: " << error.what() << "\n";
+    return ExitCode::kInternalError;
   }
 }
 

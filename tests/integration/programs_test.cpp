@@ -128,6 +128,20 @@ TEST_F(Programs, ReplayIsBitIdenticalAndVerifies)
   EXPECT_NE(other.output.find("first differing cycle"), std::string::npos) << other.output;
 }
 
+TEST_F(Programs, VerifyNeedsAnotherRunToCompareWith)
+{
+  EXPECT_EQ(replayFlight("alone", "--verify " + path("nowhere")).code, 2);
+  ASSERT_EQ(replayFlight("alone").code, 0);
+  EXPECT_EQ(replayFlight("alone", "-w --verify " + path("alone")).code, 2);
+}
+
+TEST_F(Programs, ReplayMissesAnImpossibleDeadlineObjective)
+{
+  const Result run = replayFlight("slow", "--set replay.min_realtime_factor=1000");
+  EXPECT_EQ(run.code, 6) << run.output;
+  EXPECT_EQ(metrics("slow")["result"]["code"], 6);
+}
+
 TEST_F(Programs, ReplayRunsThreaded)
 {
   // Paced, so that the threads keep up; the goal is the recording's, whatever the threads do.
