@@ -8,13 +8,13 @@
 #include <utility>
 
 #include "DecisionHash.h"
+#include "Flight.h"
 #include "Pipeline.h"
 #include "ReferenceClock.h"
 #include "ScanAssembler.h"
 #include "StateSource.h"
 #include "Stopwatch.h"
 #include "slalom/local_planner/LocalPlanner.h"
-#include "slalom/spline/WaypointFit.h"
 
 namespace slalom::engine
 {
@@ -24,70 +24,8 @@ using global_planner::RefinedReference;
 using global_planner::RefineOutcome;
 using spline::UniformBSpline;
 
-constexpr double kJoin_m = 3.0;  // a vehicle this near to a leg of the mission joins it there
 constexpr double kEndOfR_s = 2.0;
 constexpr double kAtRest_mps = 0.1;
-
-/// One mission in flight. R is fitted in the world frame once and follows the drift of the local
-/// frame slowly.
-struct Flight
-{
-  std::uint64_t number = 0;
-  UniformBSpline reference_W;
-  std::shared_ptr<const UniformBSpline> reference_L;
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // L minus W, as used for reference_L
-  double length = 0.0;
-  bool reached = false;
-
-  void moveTo(const Eigen::Vector3d& new_offset)
-  {
-    offset = new_offset;
-    reference_L = std::make_shared<const UniformBSpline>(
-        reference_W.withControlPoints(reference_W.controlPoints().colwise() + offset));
-  }
-};
-
-/// Distance to the leg a-b, and how far along it the nearest point lies, in [0, 1].
-std::pair<double, double> distanceToLeg(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
-                                        const Eigen::Vector3d& b)
-{
-  const double length2 = (b - a).squaredNorm();
-  const double u = length2 > 0.0 ? std::clamp((p - a).dot(b - a) / length2, 0.0, 1.0) : 0.0;
-  return {(a + u * (b - a) - p).norm(), u};
-}
-
-/// Index of the first waypoint to fly to: 0, or the end of the leg that the vehicle has already
-/// joined.
-Eigen::Index firstAhead(const Eigen::Matrix3Xd& waypoints, const Eigen::Vector3d& p_W)
-{
-  constexpr double kAtWaypoint_m = 1.0;
-  Eigen::Index first =
-      (waypoints.col(0) - p_W).norm() < kAtWaypoint_m && waypoints.cols() > 1 ? 1 : 0;
-  double nearest = kJoin_m;
-  // Only consecutive legs: a mission that comes back to its start is not cut short.
-  for (Eigen::Index leg = 0; leg + 1 < waypoints.cols(); ++leg)
-  {
-    const auto [distance, along] = distanceToLeg(p_W, waypoints.col(leg), waypoints.col(leg + 1));
-    if (distance >= nearest || along <= 0.0) break;
-    nearest = distance;
-    first = leg + 1;
-  }
-  return first;
-}
-
-UniformBSpline fitReference(const Mission& mission, const core::VehicleState& state,
-                            const EngineConfig& config)
-{
-  const Eigen::Index used = mission.waypoints_W.cols() - firstAhead(mission.waypoints_W, state.p_W);
-  Eigen::Matrix3Xd waypoints(3, used + 1);
-  waypoints.col(0) = state.p_W;
-  waypoints.rightCols(used) = mission.waypoints_W.rightCols(used);
-  spline::FitLimits limits;
-  limits.max_speed = config.planned().max_speed_mps;
-  limits.max_acceleration = config.planned().max_acceleration_mps2;
-  limits.knot_span = config.mission.knot_span_s;
-  return spline::fitWaypoints(waypoints, limits);
-}
 
 Eigen::Matrix3Xd samplePath(const UniformBSpline& curve, double from, double to, double step_s)
 {
@@ -201,10 +139,8 @@ std::string Engine::Impl::startMission(const core::VehicleState& state)
   local.reset();
   try
   {
-    Flight next{++missions, fitReference(mission, state, config), nullptr, {}, 0.0, false};
-    next.length = next.reference_W.length(next.reference_W.start(), next.reference_W.end());
-    next.moveTo(state.p_L - state.p_W);
-    clock.restart(next.reference_W.start());
+    Flight next(++missions, fitReference(mission, state, config), state.p_L - state.p_W);
+    clock.restart(next.reference_L->start());
     flight = std::move(next);
   }
   catch (const std::invalid_argument& error)

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "PlanningWindow.h"
 #include "slalom/global_planner/GradientVectors.h"
 #include "slalom/global_planner/OccupiedSegments.h"
 #include "slalom/global_planner/PushingDirections.h"
@@ -21,29 +22,8 @@ using core::DistanceField;
 using core::UnknownAs;
 using spline::UniformBSpline;
 
-constexpr Eigen::Index kFixedAtStart =
-    4;                                   // the span under the vehicle keeps its four control points
-constexpr Eigen::Index kFixedAtEnd = 3;  // position, velocity and acceleration join R
 constexpr double kMergeGap_s = 0.6;
 constexpr double kAroundGoal_s = 1.0;
-
-double optimisticDistance(const DistanceField& field, const Eigen::Vector3d& p_L)
-{
-  return field.distance(p_L, UnknownAs::Free).value_or(field.maxDistance());
-}
-
-/// What one step works on: the part of the curve ahead of the vehicle.
-struct Window
-{
-  double from = 0.0, to = 0.0;        // [s]
-  Eigen::Index first = 0, count = 0;  // control points first .. first + count - 1
-  bool blocked_end = false;           // R beyond `to` is occupied as far as the map reaches
-  bool goal_blocked = false;          // ... including its very end
-
-  [[nodiscard]] Eigen::Index firstFree() const { return kFixedAtStart; }
-  [[nodiscard]] Eigen::Index lastFree() const { return count - 1 - kFixedAtEnd; }
-  [[nodiscard]] bool hasFreePoints() const { return lastFree() >= firstFree(); }
-};
 
 /// Parameter of the knot at which control point `index` has most influence (Greville abscissa) [s].
 double influenceTime(const UniformBSpline& curve, Eigen::Index index)
@@ -90,7 +70,8 @@ class Refinement
         r_(*input.reference),
         // Surfaces are known to half a voxel's edge, corners of voxels reach a little farther.
         hard_(vehicle.radius_m + 0.4 * input.field->resolution()),
-        curve_(usablePrevious() ? in_.previous->spline : r_)
+        curve_(usablePrevious() ? in_.previous->spline : r_),
+        window_(choosePlanningWindow(r_, in_.progress, config_.horizon_m, field_, 1.05 * hard_))
   {
   }
 
@@ -98,7 +79,6 @@ class Refinement
 
  private:
   [[nodiscard]] bool usablePrevious() const;
-  void chooseWindow();
   [[nodiscard]] Eigen::Matrix3Xd startPoints();
   [[nodiscard]] bool restartsHere(const Eigen::Vector3d& off) const;
   [[nodiscard]] Eigen::VectorXd fitWeights() const;
@@ -127,7 +107,7 @@ class Refinement
   const UniformBSpline& r_;
   const double hard_;
   UniformBSpline curve_;
-  Window window_;
+  const PlanningWindow window_;
   bool recovered_ = false;
   double stretch_ =
       1.0;  // a detour may ask for this much more than the limits: the clock slows down there
@@ -138,34 +118,6 @@ bool Refinement::usablePrevious() const
 {
   return in_.previous && in_.previous->spline.size() == in_.reference->size() &&
          in_.previous->spline.knotSpan() == in_.reference->knotSpan();
-}
-
-void Refinement::chooseWindow()
-{
-  const Eigen::AlignedBox3d inside(field_.bounds().min().array() + field_.resolution(),
-                                   field_.bounds().max().array() - field_.resolution());
-  const double step = r_.knotSpan();
-  window_.from = std::clamp(in_.progress, r_.start(), r_.end());
-  double to = window_.from, length = 0.0, last_free = window_.from;
-  bool free = true;
-  int free_run = 0;  // knots since R became free: the refined curve needs room to come back to it
-  // At least horizon_m of R, then on until R is free again, never beyond the map.
-  for (;;)
-  {
-    free = optimisticDistance(field_, r_.position(to)) >= 1.05 * hard_;
-    free_run = free ? free_run + 1 : 0;
-    if (free) last_free = to;
-    if ((length >= config_.horizon_m && free_run > kFixedAtEnd) || to >= r_.end()) break;
-    const double next = std::min(to + step, r_.end());
-    if (!inside.contains(r_.position(next))) break;
-    length += (r_.position(next) - r_.position(to)).norm();
-    to = next;
-  }
-  window_.blocked_end = !free;
-  window_.goal_blocked = !free && to >= r_.end();
-  window_.to = free ? to : last_free;
-  window_.first = r_.spanAt(window_.from);
-  window_.count = r_.spanAt(window_.to) + UniformBSpline::kDegree + 1 - window_.first;
 }
 
 Eigen::Matrix3Xd Refinement::startPoints()
@@ -420,7 +372,6 @@ GlobalPlannerOutput Refinement::keep(RefineOutcome outcome)
 
 GlobalPlannerOutput Refinement::run()
 {
-  chooseWindow();
   if (window_.to <= window_.from && window_.from < r_.end() && !window_.blocked_end)
   {
     record_.outcome = "reference outside the map";

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "PlanningWindow.h"
+
 namespace slalom::global_planner
 {
 namespace
@@ -21,11 +23,6 @@ double sampleStep(const spline::UniformBSpline& curve, double from, double to,
                   const core::DistanceField& field)
 {
   return 0.5 * field.resolution() / std::max(speedBound(curve, from, to), 1e-3);
-}
-
-double optimisticDistance(const core::DistanceField& field, const Eigen::Vector3d& p_L)
-{
-  return field.distance(p_L, core::UnknownAs::Free).value_or(field.maxDistance());
 }
 
 }  // namespace

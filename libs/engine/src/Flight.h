@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "slalom/core/VehicleState.h"
+#include "slalom/engine/EngineConfig.h"
+#include "slalom/engine/Mission.h"
+#include "slalom/spline/UniformBSpline.h"
+
+namespace slalom::engine
+{
+/// One mission in flight. R is fitted in the world frame once and follows the drift of the local
+/// frame slowly.
+struct Flight
+{
+  Flight(std::uint64_t mission_number, spline::UniformBSpline reference,
+         const Eigen::Vector3d& frame_offset);
+
+  /// Moves R to another offset of the local frame against the world [m].
+  void moveTo(const Eigen::Vector3d& new_offset);
+
+  std::uint64_t number;
+  spline::UniformBSpline reference_W;
+  std::shared_ptr<const spline::UniformBSpline> reference_L;
+  Eigen::Vector3d offset;  ///< L minus W, as used for reference_L
+  double length;           ///< [m]
+  bool reached = false;
+};
+
+/** R for a mission that begins where the vehicle is: from its position over the waypoints that lie
+ * ahead. A vehicle at a waypoint, or already under way on one of the first legs, does not fly back
+ * to their beginning.
+ *  @throws std::invalid_argument when the waypoints are not finite */
+[[nodiscard]] spline::UniformBSpline fitReference(const Mission& mission,
+                                                  const core::VehicleState& state,
+                                                  const EngineConfig& config);
+
+}  // namespace slalom::engine
