@@ -90,6 +90,27 @@ TEST(Flight, EndsBlockedBeforeAGoalInsideATrunk)
   EXPECT_LE(flight.min_clearance_m, 1.3) << "it must come near";
 }
 
+TEST(Flight, OfALoopIsNotOverBeforeItIsFlown)
+{
+  const test::AnalyticField world({test::VerticalCylinder{{3.0, 2.0}, 0.3}});
+  FlightHarness harness(world, test::flightConfig());
+  Eigen::Matrix3Xd loop(3, 4);
+  loop << 6, 6, 0, 0, 0, 5, 5, 0, 1.5, 1.5, 1.5, 1.5;
+  const test::FlightOutcome flight = harness.fly(kStart, {loop}, 60.0);
+  EXPECT_EQ(flight.status, EngineStatus::GoalReached) << toString(flight.status);
+  EXPECT_GE(flight.length_m, 18.0);
+  EXPECT_GE(flight.min_clearance_m, test::flightConfig().vehicle.radius_m);
+}
+
+TEST(Flight, ToWhereTheVehicleIsIsOverAtOnce)
+{
+  const test::AnalyticField world({});
+  FlightHarness harness(world, test::flightConfig());
+  const test::FlightOutcome flight = harness.fly(kStart, {Eigen::Matrix3Xd(kStart)}, 10.0);
+  EXPECT_EQ(flight.status, EngineStatus::GoalReached) << toString(flight.status);
+  EXPECT_LE(flight.length_m, 0.2);
+}
+
 TEST(Flight, StandsStillWithoutAMap)
 {
   engine::Engine engine(test::flightConfig());
