@@ -48,8 +48,9 @@ void encodeCycle(benchmark::State& state)
   state.counters["kB"] = static_cast<double>(bytes.size()) / 1e3;
 }
 BENCHMARK(encodeCycle)
-    ->ArgsProduct({{-1, 1, 3}, {cv::IMWRITE_PNG_STRATEGY_DEFAULT, cv::IMWRITE_PNG_STRATEGY_FILTERED,
-                               cv::IMWRITE_PNG_STRATEGY_RLE}})
+    ->ArgsProduct({{-1, 1, 3},
+                   {cv::IMWRITE_PNG_STRATEGY_DEFAULT, cv::IMWRITE_PNG_STRATEGY_FILTERED,
+                    cv::IMWRITE_PNG_STRATEGY_RLE}})
     ->Unit(benchmark::kMillisecond);
 
 void addWithoutPicture(benchmark::State& state)

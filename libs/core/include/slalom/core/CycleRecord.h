@@ -51,7 +51,7 @@ struct CycleTiming
 struct CycleRecord
 {
   std::uint64_t index = 0;
-  double t = 0.0;  ///< [s] log time
+  double t = 0.0;          ///< [s] log time
   bool has_state = false;  ///< false: nothing is known of the vehicle yet, `state` is a default
   VehicleState state;
   std::shared_ptr<const DistanceField> field;  ///< may be null before the first scan
@@ -68,7 +68,7 @@ struct CycleRecord
   Eigen::Vector3d setpoint_L = Eigen::Vector3d::Zero();  ///< first predicted state of the NMPC
   double setpoint_yaw = 0.0;
   double progress_s = 0.0;  ///< [s] parameter on R
-  double pace = 1.0;                  ///< [1] how fast the parameter runs, 1 = real time
+  double pace = 1.0;        ///< [1] how fast the parameter runs, 1 = real time
   double distance_to_goal_m = 0.0;
   RefinementRecord refinement;
   SolveReport nmpc;

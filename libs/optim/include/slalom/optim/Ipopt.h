@@ -75,9 +75,9 @@ struct NlpSolution
 };
 
 /** Ipopt. One process-wide lock inside: Debian's sequential MUMPS crashes when two solves run at
- * once, and Ipopt itself keeps global counters. The deadline is a steady clock checked in every iteration (3.11 has no usable
- * wall-clock option). Keeps one application per object, so options and memory are reused between
- * solves. */
+ * once, and Ipopt itself keeps global counters. The deadline is a steady clock checked in every
+ * iteration (3.11 has no usable wall-clock option). Keeps one application per object, so options
+ * and memory are reused between solves. */
 class IpoptSolver
 {
  public:
