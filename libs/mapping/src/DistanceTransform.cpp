@@ -59,34 +59,9 @@ std::int16_t i16(int value)
   return static_cast<std::int16_t>(value);
 }
 
-namespace portable
-{
-#define SLALOM_SIMD_BYTES 16
-#include "DistanceTransformKernel.inl"
-#undef SLALOM_SIMD_BYTES
-}  // namespace portable
-
-#if defined(__x86_64__)
-#pragma GCC push_options
-#pragma GCC target("avx2")
-namespace avx2
-{
-#define SLALOM_SIMD_BYTES 32
-#include "DistanceTransformKernel.inl"
-#undef SLALOM_SIMD_BYTES
-}  // namespace avx2
-#pragma GCC pop_options
-
-#pragma GCC push_options
-#pragma GCC target("avx512bw,avx512dq,avx512vl")
-namespace avx512
-{
-#define SLALOM_SIMD_BYTES 64
-#include "DistanceTransformKernel.inl"
-#undef SLALOM_SIMD_BYTES
-}  // namespace avx512
-#pragma GCC pop_options
-#endif
+#define SLALOM_KERNEL "DistanceTransformKernel.inl"
+#include "ForEachInstructionSet.inl"
+#undef SLALOM_KERNEL
 
 using Transform = void (*)(const Job&, const std::uint8_t*, std::int16_t*);
 

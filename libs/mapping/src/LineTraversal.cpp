@@ -7,34 +7,9 @@ namespace slalom::mapping::detail
 {
 namespace
 {
-namespace portable
-{
-#define SLALOM_SIMD_BYTES 16
-#include "LineTraversalKernel.inl"
-#undef SLALOM_SIMD_BYTES
-}  // namespace portable
-
-#if defined(__x86_64__)
-#pragma GCC push_options
-#pragma GCC target("avx2")
-namespace avx2
-{
-#define SLALOM_SIMD_BYTES 32
-#include "LineTraversalKernel.inl"
-#undef SLALOM_SIMD_BYTES
-}  // namespace avx2
-#pragma GCC pop_options
-
-#pragma GCC push_options
-#pragma GCC target("avx512bw,avx512dq,avx512vl")
-namespace avx512
-{
-#define SLALOM_SIMD_BYTES 64
-#include "LineTraversalKernel.inl"
-#undef SLALOM_SIMD_BYTES
-}  // namespace avx512
-#pragma GCC pop_options
-#endif
+#define SLALOM_KERNEL "LineTraversalKernel.inl"
+#include "ForEachInstructionSet.inl"
+#undef SLALOM_KERNEL
 
 using Traverse = void (*)(const GridLine* const*, std::size_t, std::uint8_t, std::uint8_t*,
                           std::int64_t);
