@@ -216,10 +216,12 @@ TEST_F(Programs, ReplaySaysThatItCannotWrite)
   EXPECT_NE(run.output.find("/proc/slalom"), std::string::npos) << run.output;
 }
 
+// --foreground: without it, timeout signals twice, and a second Ctrl-C ends the program at once.
 TEST_F(Programs, ReplayFinishesTheReportOnCtrlC)
 {
-  const Result run = call("timeout -s INT 2 " + kBin + "/slalom-replay -q --rate 1 --rawlog " +
-                          path("flight.rawlog") + " -o " + path("interrupted") + "; echo code $?");
+  const Result run =
+      call("timeout --foreground -s INT 2 " + kBin + "/slalom-replay -q --rate 1 --rawlog " +
+           path("flight.rawlog") + " -o " + path("interrupted") + "; echo code $?");
   EXPECT_NE(run.output.find("INTERRUPTED"), std::string::npos) << run.output;
   EXPECT_TRUE(fs::exists(path("interrupted/overview.png"))) << run.output;
   EXPECT_EQ(metrics("interrupted")["result"]["code"], 130);
