@@ -40,7 +40,7 @@ struct NmpcData
  *  distance |p_k - o_kj| of the paper is linearised where the vehicle is expected to be, which
  *  makes the program convex: one solution, few iterations, no dead ends at obstacles. One slack per
  *  stage serves all its obstacles. Variables: per stage [u_k, x_{k+1}, s_{k+1}], s only with
- *  obstacle rows. @see deviations D-08 and D-09 (docs/paper_map.md) */
+ *  obstacle rows. @see deviation D-08 (docs/paper_map.md) */
 class NmpcProgram : public optim::NonlinearProgram
 {
  public:

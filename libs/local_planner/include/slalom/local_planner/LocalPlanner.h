@@ -56,7 +56,7 @@ struct LocalPlannerOutput
  * multiple shooting. State x = [position, yaw], input u = [velocity (world axes), yaw rate];
  * velocity reference from the spline, heading along the path (unwrapped), obstacle distances with
  * exact-penalty slack from stage 1 on, input and acceleration limits. Obstacle distances are
- * linearised along the expected motion (deviation D-09). The only state is the warm start; reset()
+ * linearised along the expected motion (deviation D-08). The only state is the warm start; reset()
  * clears it. Never throws after construction, which throws std::invalid_argument on a value out of
  * its range.
  *
