@@ -273,6 +273,9 @@ report::RunResult Replay::judge() const
   else if (last_status_ == "GOAL_BLOCKED")
     set(ExitCode::kGoalNotReached, "GOAL_BLOCKED",
         "the goal lies in an obstacle; stopped " + std::string(distance) + " short");
+  else if (last_status_ == "UNREACHABLE")
+    set(ExitCode::kGoalNotReached, "UNREACHABLE",
+        "no way on was found, " + std::string(distance) + " before the goal");
   else if (last_status_ == "WAITING_FOR_STATE")
     set(ExitCode::kGoalNotReached, "NO_STATE", "the estimator never had enough to start");
   else

@@ -9,6 +9,7 @@
 #include "AnalyticField.h"
 #include "slalom/core/Rng.h"
 #include "slalom/engine/Engine.h"
+#include "slalom/simulation/World.h"
 
 namespace slalom::test
 {
@@ -25,6 +26,40 @@ struct FlightOutcome
   bool finite = true;
 };
 
+/// Geometry that a vehicle can be flown in.
+struct FlightWorld
+{
+  std::function<double(const Eigen::Vector3d& p)> distance;  ///< [m] to the nearest solid
+  /// [m] along a ray of unit direction to the first solid, at most `range`.
+  std::function<double(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                       double range)>
+      ray;
+
+  /// By sphere tracing. The field must outlive it.
+  static FlightWorld of(const AnalyticField& field)
+  {
+    const auto distance = [&field](const Eigen::Vector3d& p) { return field.signedDistance(p); };
+    return {distance,
+            [distance](const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double range)
+            {
+              double along = 0.0;
+              while (along < range)
+              {
+                const double step = distance(origin + along * direction);
+                if (step < 1e-3) return along;
+                along += step;
+              }
+              return range;
+            }};
+  }
+  static FlightWorld of(const simulation::World& world)
+  {
+    return {[&world](const Eigen::Vector3d& p) { return world.distance(p); },
+            [&world](const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double range)
+            { return world.castRay(origin, direction, range).value_or(range); }};
+  }
+};
+
 /** The smallest closed loop: a point vehicle whose velocity follows the command with a lag, exact
  * poses, and a range sensor that sees the analytic world by sphere tracing. Enough to prove that
  * the engine flies; the simulator proper is a library of its own. */
@@ -32,7 +67,11 @@ class FlightHarness
 {
  public:
   FlightHarness(const AnalyticField& world, const engine::EngineConfig& config)
-      : world_(world), engine_(config)
+      : FlightHarness(FlightWorld::of(world), config)
+  {
+  }
+  FlightHarness(FlightWorld world, const engine::EngineConfig& config)
+      : world_(std::move(world)), engine_(config)
   {
   }
 
@@ -67,7 +106,8 @@ class FlightHarness
           error += (cycle.refined_point_L - cycle.state.p_L).norm(), ++errors;
         out.status = engine_.status();
         if (out.status == engine::EngineStatus::GoalReached ||
-            out.status == engine::EngineStatus::GoalBlocked)
+            out.status == engine::EngineStatus::GoalBlocked ||
+            out.status == engine::EngineStatus::Unreachable)
           break;
       }
       v += (command.v_W - v) * (kStep / kLag);
@@ -76,7 +116,7 @@ class FlightHarness
       out.length_m += v.norm() * kStep;
       out.duration_s = t;
       out.max_speed_mps = std::max(out.max_speed_mps, v.cwiseAbs().maxCoeff());
-      out.min_clearance_m = std::min(out.min_clearance_m, world_.signedDistance(p));
+      out.min_clearance_m = std::min(out.min_clearance_m, world_.distance(p));
     }
     out.mean_error_m = errors ? error / double(errors) : 0.0;
     out.statistics = engine_.statistics();
@@ -106,20 +146,13 @@ class FlightHarness
         const Eigen::Vector3d d_B(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a),
                                   std::sin(e));
         const Eigen::Vector3d d_W = q_WB * d_B;
-        double range = 0.0;
-        while (range < kRange && !blind)
-        {
-          const double distance = world_.signedDistance(p + range * d_W);
-          if (distance < 1e-3) break;
-          range += distance;
-        }
-        if (blind) range = kRange;
-        scan.points.push_back({(std::min(range, kRange) * d_B).cast<float>(), 0.0f});
+        const double range = blind ? kRange : world_.ray(p, d_W, kRange);
+        scan.points.push_back({(range * d_B).cast<float>(), 0.0f});
       }
     return scan;
   }
 
-  const AnalyticField& world_;
+  FlightWorld world_;
   engine::Engine engine_;
 };
 

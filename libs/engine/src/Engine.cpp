@@ -20,6 +20,7 @@ namespace slalom::engine
 {
 namespace
 {
+using global_planner::GoalPolicy;
 using global_planner::RefinedReference;
 using global_planner::RefineOutcome;
 using spline::UniformBSpline;
@@ -48,6 +49,8 @@ std::string_view toString(EngineStatus status)
       return "GOAL_REACHED";
     case EngineStatus::GoalBlocked:
       return "GOAL_BLOCKED";
+    case EngineStatus::Unreachable:
+      return "UNREACHABLE";
   }
   return "?";
 }
@@ -72,7 +75,9 @@ struct Engine::Impl
   void run(core::CycleRecord& record, double dt, bool drive);
   void stop(core::CycleRecord& record, std::string reason);
   void plan(core::CycleRecord& record, double dt);
-  void judge(const core::CycleRecord& record);
+  [[nodiscard]] double onReference() const;
+  void judge(const core::CycleRecord& record, double dt, bool drive);
+  [[nodiscard]] bool rejectsGoal() const;
   void describe(core::CycleRecord& record) const;
   void finish(core::CycleRecord& record, const Stopwatch& watch);
 
@@ -90,7 +95,9 @@ struct Engine::Impl
   std::uint64_t missions = 0;
   std::shared_ptr<const RefinedReference> refined;
   RefineOutcome outcome = RefineOutcome::NoField;
+  global_planner::GoalReport goal;
   core::RefinementRecord explanation;
+  double standing_s = 0.0;  // how long the vehicle has stood although the mission is not over
 
   std::uint64_t seen_epoch = 0;
   bool forget_map = false;
@@ -106,6 +113,7 @@ struct Engine::Impl
 void Engine::Impl::beginNewFrame()
 {
   forget_map = true;
+  if (refined) clock.restart(refined->referenceTime(clock.progress()));
   refined.reset();
   local.reset();
   if (const auto state = source.state(source.newest()); state && flight)
@@ -133,13 +141,16 @@ std::string Engine::Impl::startMission(const core::VehicleState& state)
   const Mission mission = *std::exchange(waiting_mission, std::nullopt);
   refined.reset();
   outcome = RefineOutcome::NoField;
+  goal = {};
+  standing_s = 0.0;
   explanation = {};
   last_refine_t = -std::numeric_limits<double>::infinity();
   refined_map = 0;
   local.reset();
   try
   {
-    Flight next(++missions, fitReference(mission, state, config), state.p_L - state.p_W);
+    Flight next(++missions, fitReference(mission, state, config), state.p_L - state.p_W,
+                config.planned());
     clock.restart(next.reference_L->start());
     flight = std::move(next);
   }
@@ -167,7 +178,8 @@ void Engine::Impl::requestRefinement(const core::VehicleState& state, double t)
   last_refine_t = t;
   GlobalJob job{
       flight->number,
-      {flight->reference_L, refined, map->field, state, clock.progress(), flight->offset.z(), {}}};
+      {flight->reference_L, refined, map->field, state, clock.progress(), clock.pace(),
+       flight->offset.z(), {}}};
   if (pipeline.refine(std::move(job)) > 0) ++statistics.late_global;
 }
 
@@ -179,6 +191,7 @@ void Engine::Impl::takeRefinement(core::CycleRecord& record)
   if (!flight || result->mission != flight->number) return;
   refined = result->output.refined;
   outcome = result->output.outcome;
+  goal = result->output.goal;
   explanation = result->output.record;
   record.refinement.ran = true;
   record.timing.global = result->wall_s;
@@ -200,6 +213,8 @@ void Engine::Impl::plan(core::CycleRecord& record, double dt)
   std::string brake;
   if (flight->reached)
     brake = "goal reached: hold";
+  else if (rejectsGoal())
+    brake = "goal occupied: rejected";
   else if (source.deadReckoning())
     brake = "neither position nor velocity for too long: brake";
   else if (record.t - record.state.t > config.rates.state_timeout_s)
@@ -208,12 +223,12 @@ void Engine::Impl::plan(core::CycleRecord& record, double dt)
   {
     input.field = map->field;
     input.reference = {refined, &refined->spline};
-    input.stop_at = refined->stop_at;
+    input.law = {refined, &refined->law};
   }
   else if (!map && !config.rates.require_map)
   {
     input.reference = flight->reference_L;
-    input.stop_at = flight->reference_L->end();
+    input.law = flight->law;
   }
   else
     brake = !map           ? "no map yet: brake"
@@ -222,15 +237,14 @@ void Engine::Impl::plan(core::CycleRecord& record, double dt)
 
   if (input.reference)
   {
-    clock.advance(dt, *input.reference, input.state.p_L, input.stop_at, config.planned());
+    clock.advance(dt, *input.reference, *input.law, input.state.p_L);
     input.progress = clock.progress();
-    input.rate = record.pace = clock.rate();
+    record.pace = clock.pace();
     record.refined_point_L = input.reference->position(input.progress);
-    record.refined = samplePath(
-        *input.reference, input.progress,
-        std::min(input.stop_at + 1e-3,
-                 input.progress + config.global_planner.horizon_m / config.vehicle.max_speed_mps),
-        0.1);
+    const double ahead = config.global_planner.horizon_m / config.vehicle.max_speed_mps;
+    record.refined = samplePath(*input.reference, input.progress,
+                                std::min(input.reference->end(), input.progress + 2.0 * ahead), 0.1);
+    record.committed = samplePath(*input.reference, input.progress, input.law->to(), 0.1);
   }
   const Stopwatch watch;
   local_planner::LocalPlannerOutput output = local.step(input);
@@ -253,7 +267,13 @@ void Engine::Impl::plan(core::CycleRecord& record, double dt)
   }
 }
 
-void Engine::Impl::judge(const core::CycleRecord& record)
+/// Parameter of R that the vehicle has come to [s].
+double Engine::Impl::onReference() const
+{
+  return refined ? refined->referenceTime(clock.progress()) : clock.progress();
+}
+
+void Engine::Impl::judge(const core::CycleRecord& record, double dt, bool drive)
 {
   if (!flight)
   {
@@ -262,16 +282,27 @@ void Engine::Impl::judge(const core::CycleRecord& record)
   }
   const Eigen::Vector3d goal_L = flight->reference_L->position(flight->reference_L->end());
   // Near the goal, and at the end of R: a mission may pass its goal, or begin there.
-  const bool at_end = clock.progress() >= flight->reference_L->end() - kEndOfR_s;
+  const bool at_end = onReference() >= flight->reference_L->end() - kEndOfR_s;
   flight->reached = flight->reached || (at_end && (record.state.p_L - goal_L).norm() <=
                                                       config.mission.goal_tolerance_m);
-  const bool resting_before_blockage =
-      outcome == RefineOutcome::GoalBlocked && refined && record.state.v_W.norm() < kAtRest_mps &&
-      (record.state.p_L - refined->spline.position(refined->stop_at)).norm() <=
-          config.mission.goal_tolerance_m;
-  status = flight->reached           ? EngineStatus::GoalReached
-           : resting_before_blockage ? EngineStatus::GoalBlocked
-                                     : EngineStatus::Navigating;
+  const bool rests = record.state.v_W.norm() < kAtRest_mps;
+  const bool holds = rests && outcome == RefineOutcome::GoalBlocked && refined &&
+                     (rejectsGoal() || (record.state.p_L - refined->spline.position(refined->stop_at))
+                                               .norm() <= config.mission.goal_tolerance_m);
+  const bool near_enough = config.global_planner.goal_policy == GoalPolicy::NearestFree &&
+                           goal.short_m <= config.global_planner.goal_radius_m;
+  flight->reached = flight->reached || (holds && near_enough);
+  standing_s = rests && drive && !holds && !flight->reached ? standing_s + dt : 0.0;
+  status = flight->reached                                   ? EngineStatus::GoalReached
+           : holds                                           ? EngineStatus::GoalBlocked
+           : standing_s > config.mission.blocked_timeout_s ? EngineStatus::Unreachable
+                                                             : EngineStatus::Navigating;
+}
+
+bool Engine::Impl::rejectsGoal() const
+{
+  return config.global_planner.goal_policy == GoalPolicy::Reject &&
+         outcome == RefineOutcome::GoalBlocked;
 }
 
 void Engine::Impl::describe(core::CycleRecord& record) const
@@ -285,12 +316,14 @@ void Engine::Impl::describe(core::CycleRecord& record) const
   {
     const UniformBSpline& r = *flight->reference_L;
     record.reference = samplePath(r, r.start(), r.end(), 0.2);
-    record.progress_s = clock.progress();
-    record.reference_point_L = r.position(clock.progress());
+    record.progress_s = onReference();
+    record.reference_point_L = r.position(record.progress_s);
     record.distance_to_goal_m = (record.state.p_L - r.position(r.end())).norm();
     const bool ran = record.refinement.ran;
     record.refinement = explanation;
     record.refinement.ran = ran;
+    record.refinement.goal = toString(goal.state);
+    record.refinement.goal_short_m = goal.short_m;
   }
   if (refined) record.reference_sequence = refined->sequence;
   record.origin_offset_norm_m = (record.state.p_L - record.state.p_W).norm();
@@ -379,7 +412,10 @@ void Engine::Impl::run(core::CycleRecord& record, double dt, bool drive)
     plan(record, dt);
   else
     stop(record, flight ? "suspended" : refusal.empty() ? "no mission" : refusal);
-  judge(record);
+  constexpr double kMeasurable = 0.01;
+  record.verified_stop = state->v_W.norm() < kAtRest_mps ||
+                         (record.committed.cols() > 0 && explanation.stop_excess <= kMeasurable);
+  judge(record, dt, drive);
 }
 
 /// Brings a moving command down within the vehicle's limits; without one, stands still.

@@ -41,9 +41,12 @@ Eigen::Index firstAhead(const Eigen::Matrix3Xd& waypoints, const Eigen::Vector3d
 }  // namespace
 
 Flight::Flight(std::uint64_t mission_number, spline::UniformBSpline reference,
-               const Eigen::Vector3d& frame_offset)
+               const Eigen::Vector3d& frame_offset, const core::Vehicle& planned)
     : number(mission_number),
       reference_W(std::move(reference)),
+      law(std::make_shared<const spline::TimeLaw>(
+          reference_W, reference_W.start(), reference_W.end(), 1.0,
+          spline::MotionLimits{planned.max_speed_mps, planned.max_acceleration_mps2})),
       length(reference_W.length(reference_W.start(), reference_W.end()))
 {
   moveTo(frame_offset);

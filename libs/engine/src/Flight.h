@@ -7,6 +7,7 @@
 #include "slalom/core/VehicleState.h"
 #include "slalom/engine/EngineConfig.h"
 #include "slalom/engine/Mission.h"
+#include "slalom/spline/TimeLaw.h"
 #include "slalom/spline/UniformBSpline.h"
 
 namespace slalom::engine
@@ -16,7 +17,7 @@ namespace slalom::engine
 struct Flight
 {
   Flight(std::uint64_t mission_number, spline::UniformBSpline reference,
-         const Eigen::Vector3d& frame_offset);
+         const Eigen::Vector3d& frame_offset, const core::Vehicle& planned);
 
   /// Moves R to another offset of the local frame against the world [m].
   void moveTo(const Eigen::Vector3d& new_offset);
@@ -24,6 +25,7 @@ struct Flight
   std::uint64_t number;
   spline::UniformBSpline reference_W;
   std::shared_ptr<const spline::UniformBSpline> reference_L;
+  std::shared_ptr<const spline::TimeLaw> law;  ///< of R itself
   Eigen::Vector3d offset;  ///< L minus W, as used for reference_L
   double length;           ///< [m]
   bool reached = false;

@@ -7,12 +7,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "PlanningWindow.h"
-#include "slalom/global_planner/GradientVectors.h"
-#include "slalom/global_planner/OccupiedSegments.h"
+#include "Draft.h"
+#include "Refinement.h"
 #include "slalom/global_planner/PushingDirections.h"
-#include "slalom/global_planner/RefinementCost.h"
-#include "slalom/optim/BoxMinimizer.h"
 
 namespace slalom::global_planner
 {
@@ -22,32 +19,11 @@ using core::DistanceField;
 using core::UnknownAs;
 using spline::UniformBSpline;
 
-constexpr double kMergeGap_s = 0.6;
-constexpr double kAroundGoal_s = 1.0;
-
-/// Parameter of the knot at which control point `index` has most influence (Greville abscissa) [s].
-double influenceTime(const UniformBSpline& curve, Eigen::Index index)
-{
-  return curve.start() + curve.knotSpan() * static_cast<double>(index - 1);
-}
-
-/// Moves a point up the distance gradient until it keeps `clearance`, at most two metres.
-Eigen::Vector3d escape(const DistanceField& field, Eigen::Vector3d p_L, double clearance)
-{
-  for (int i = 0; i < 10; ++i)
-  {
-    const auto here = field.sample(p_L, UnknownAs::Free);
-    if (!here || here->distance >= clearance || here->gradient.norm() < 1e-3) break;
-    p_L += here->gradient.normalized() * std::min(0.2, clearance - here->distance + 1e-3);
-  }
-  return p_L;
-}
-
-double polylineLength(const Eigen::Matrix3Xd& line)
-{
-  if (line.cols() < 2) return 0.0;
-  return (line.rightCols(line.cols() - 1) - line.leftCols(line.cols() - 1)).colwise().norm().sum();
-}
+constexpr int kGuides = 3;             // topologically distinct ways that are compared
+constexpr double kKeep = 0.9;          // another plan must be cheaper than this share of the present one
+constexpr int kChallengeEvery = 5;     // plans
+constexpr double kAwayFromR_m = 0.15;  // a plan nearer to R than this needs no challenge
+constexpr double kStanding_mps = 0.15;
 
 GlobalPlannerConfig inLocalFrame(GlobalPlannerConfig config, double altitude_offset)
 {
@@ -56,367 +32,342 @@ GlobalPlannerConfig inLocalFrame(GlobalPlannerConfig config, double altitude_off
   return config;
 }
 
-/// One step's working set; the step itself is the list of its member calls in
-/// GlobalPlanner::step().
-class Refinement
+/// One step's working set.
+class PlanStep
 {
  public:
-  Refinement(const GlobalPlannerConfig& config, const core::Vehicle& vehicle,
-             const GlobalPlannerInput& input)
-      : config_(inLocalFrame(config, input.altitude_offset)),
-        vehicle_(vehicle),
-        in_(input),
-        field_(*input.field),
-        r_(*input.reference),
-        // Surfaces are known to half a voxel's edge, corners of voxels reach a little farther.
-        hard_(vehicle.radius_m + 0.4 * input.field->resolution()),
-        curve_(usablePrevious() ? in_.previous->spline : r_),
-        window_(choosePlanningWindow(r_, in_.progress, config_.horizon_m, field_, 1.05 * hard_))
-  {
-  }
+  PlanStep(const GlobalPlannerConfig& config, const core::Vehicle& vehicle,
+           const GlobalPlannerInput& input);
 
   GlobalPlannerOutput run();
 
  private:
-  [[nodiscard]] bool usablePrevious() const;
-  [[nodiscard]] Eigen::Matrix3Xd startPoints();
-  [[nodiscard]] bool restartsHere(const Eigen::Vector3d& off) const;
-  [[nodiscard]] Eigen::VectorXd fitWeights() const;
-  [[nodiscard]] PushingPath pushingPath(const UniformBSpline& curve,
-                                        OccupiedSegment& segment) const;
-  bool pushOut(Eigen::Matrix3Xd& points, std::vector<Push>& pushes);
-  void pushSegment(const OccupiedSegment& segment, const PushingPath& path,
-                   Eigen::Matrix3Xd& points, std::vector<Push>& pushes);
-  void keepClear(const Eigen::Matrix3Xd& points, std::vector<Push>& pushes) const;
-  [[nodiscard]] Eigen::Matrix3Xd minimise(Eigen::Matrix3Xd points, std::vector<Push> pushes,
-                                          double gain);
-  [[nodiscard]] UniformBSpline curveWith(const Eigen::Matrix3Xd& points) const;
-  [[nodiscard]] std::vector<OccupiedSegment> occupied(const UniformBSpline& curve,
-                                                      double clearance) const;
-  [[nodiscard]] bool atEndOfReference() const
+  struct Attempt
   {
-    return window_.goal_blocked || window_.to >= r_.end();
-  }
-  [[nodiscard]] GlobalPlannerOutput commit(RefineOutcome outcome, const UniformBSpline& curve);
-  [[nodiscard]] GlobalPlannerOutput keep(RefineOutcome outcome);
+    std::optional<Refinement> best;
+    std::string failure;
+    Draft draft;                        ///< what could not be led around ...
+    std::optional<Bypass> blocked;      ///< ... here
+    Eigen::Vector3d nearest_L;          ///< nearest that could be reached
+    bool unreachable = false;
+    bool had_bypasses = false;
+  };
 
+  [[nodiscard]] bool mustRestart() const;
+  [[nodiscard]] Draft begin() const;
+  [[nodiscard]] double joinTime() const;
+  [[nodiscard]] bool isChallenged(const Refinement& plan) const;
+  [[nodiscard]] Attempt attempt(Draft draft, std::vector<Bypass> bypasses) const;
+  [[nodiscard]] Attempt followPlan() const;
+  [[nodiscard]] Attempt returnToReference(const Draft& from) const;
+  [[nodiscard]] Attempt approachGoal(const Attempt& failed) const;
+  void classifyGoal();
+  [[nodiscard]] GlobalPlannerOutput commit(const Refinement& plan, RefineOutcome outcome);
+  [[nodiscard]] GlobalPlannerOutput keep(const Attempt& failed, RefineOutcome outcome);
+  [[nodiscard]] RefinedReference promise(const UniformBSpline& curve, Eigen::VectorXd along,
+                                         double clear_until) const;
+
+  const GlobalPlannerInput& in_;
   const GlobalPlannerConfig config_;
   const core::Vehicle& vehicle_;
-  const GlobalPlannerInput& in_;
   const DistanceField& field_;
   const UniformBSpline& r_;
-  const double hard_;
-  UniformBSpline curve_;
-  const PlanningWindow window_;
-  bool recovered_ = false;
-  double stretch_ =
-      1.0;  // a detour may ask for this much more than the limits: the clock slows down there
-  core::RefinementRecord record_;
+  const RefinedReference* previous_;
+  double rho_;  // parameter of R that the vehicle is at
+  bool restart_ = false;
+  StepContext context_;
+  GoalReport goal_;
 };
 
-bool Refinement::usablePrevious() const
+PlanStep::PlanStep(const GlobalPlannerConfig& config, const core::Vehicle& vehicle,
+                   const GlobalPlannerInput& input)
+    : in_(input),
+      config_(inLocalFrame(config, input.altitude_offset)),
+      vehicle_(vehicle),
+      field_(*input.field),
+      r_(*input.reference),
+      previous_(input.previous && input.previous->spline.knotSpan() == r_.knotSpan()
+                    ? input.previous.get()
+                    : nullptr),
+      rho_(previous_ ? previous_->referenceTime(input.progress) : input.progress),
+      // Surfaces are known to half a voxel's edge, corners of voxels reach a little farther.
+      context_{config_, vehicle, field_, r_, {}, {}, input.progress, 0.0, input.deadline}
 {
-  return in_.previous && in_.previous->spline.size() == in_.reference->size() &&
-         in_.previous->spline.knotSpan() == in_.reference->knotSpan();
-}
-
-Eigen::Matrix3Xd Refinement::startPoints()
-{
-  Eigen::Matrix3Xd points = curve_.controlPoints().middleCols(window_.first, window_.count);
-  const auto reference = r_.controlPoints().middleCols(window_.first, window_.count);
-  const Eigen::Index free = window_.lastFree() - window_.firstFree() + 1;
-
-  const bool reference_is_clear =
-      findOccupiedSegments(r_, window_.from, window_.to, field_, config_.clearance_m, kMergeGap_s)
-          .empty();
-  if (reference_is_clear && free > 0)
-    points.middleCols(kFixedAtStart, free) = reference.middleCols(kFixedAtStart, free);
-  points.rightCols(std::min(kFixedAtEnd, window_.count)) =
-      reference.rightCols(std::min(kFixedAtEnd, window_.count));
-
-  if (const Eigen::Vector3d off = in_.state.p_L - curve_.position(window_.from);
-      restartsHere(off) && free > 0)
-  {
-    const Eigen::Vector3d step = in_.state.v_W * r_.knotSpan();
-    for (Eigen::Index i = 0; i < kFixedAtStart; ++i)
-      points.col(i) = in_.state.p_L + step * static_cast<double>(i - 1);
-    constexpr double kBlend = 12.0;
-    for (Eigen::Index i = kFixedAtStart; i <= window_.lastFree(); ++i)
-      points.col(i) += off * std::max(0.0, 1.0 - static_cast<double>(i - 3) / kBlend);
-  }
-  return points;
+  context_.hard = vehicle.radius_m + 0.4 * field_.resolution();
+  restart_ = mustRestart();
+  if (restart_) rho_ = joinTime();
+  context_.window = chooseWindow(r_, rho_, config_.horizon_m, field_, 1.05 * context_.hard);
+  context_.reference_occupied = findOccupiedSegments(
+      r_, context_.window.from, context_.window.to, field_, config_.clearance_m, 0.6);
+  classifyGoal();
 }
 
 /// A vehicle that is far from its plan (open-loop replay, a gust), or that stands at the end of
 /// what was clear in it, starts a new one where it is.
-bool Refinement::restartsHere(const Eigen::Vector3d& off) const
+bool PlanStep::mustRestart() const
 {
-  constexpr double kStanding_mps = 0.15;
-  const bool stands_before_blockage = in_.previous && in_.state.v_W.norm() < kStanding_mps &&
-                                      in_.previous->stop_at < r_.end() &&
-                                      in_.previous->stop_at - window_.from < 2.0 * r_.knotSpan();
-  return off.norm() > config_.restart_distance_m || stands_before_blockage;
+  const UniformBSpline& curve = previous_ ? previous_->spline : r_;
+  if ((in_.state.p_L - curve.position(in_.progress)).norm() > config_.restart_distance_m)
+    return true;
+  if (!previous_ || in_.state.v_W.norm() > kStanding_mps) return false;
+  const bool before_end = previous_->stop_at < curve.end() ||
+                          (previous_->ends_on_reference &&
+                           previous_->referenceTime(curve.end()) < r_.end() - r_.knotSpan());
+  return before_end && previous_->stop_at - in_.progress < 2.0 * r_.knotSpan();
 }
 
-Eigen::VectorXd Refinement::fitWeights() const
+/// Where on R a vehicle that lost its plan goes on: near where it was, unless it was taken along
+/// another way altogether.
+double PlanStep::joinTime() const
 {
-  // Where R itself is too near to obstacles, leaving it is the purpose: no pull back there, nor one
-  // metre around.
-  Eigen::VectorXd weights = Eigen::VectorXd::Ones(window_.count);
-  constexpr double kAround_s = 1.0;
-  for (const OccupiedSegment& s :
-       findOccupiedSegments(r_, window_.from, window_.to, field_, config_.clearance_m, kMergeGap_s))
-    for (Eigen::Index i = 0; i < window_.count; ++i)
-    {
-      const double t = influenceTime(r_, window_.first + i);
-      if (t > s.from - kAround_s && t < s.to + kAround_s) weights[i] = 0.0;
-    }
-  return weights;
+  constexpr double kBack_s = 1.0, kAhead_s = 6.0, kLost_m = 4.0;
+  const double back = std::max(r_.start(), rho_ - kBack_s);
+  const auto off = [&](double t) { return (r_.position(t) - in_.state.p_L).norm(); };
+  const double near = r_.project(in_.state.p_L, back, std::min(r_.end(), rho_ + kAhead_s));
+  if (off(near) < kLost_m) return std::max(near, rho_ - kBack_s);
+  const double far = r_.project(in_.state.p_L, back, r_.end());
+  return off(far) < 0.5 * off(near) ? far : near;
 }
 
-UniformBSpline Refinement::curveWith(const Eigen::Matrix3Xd& points) const
+/// The columns that are given: those under the vehicle, and whatever the plan has behind them.
+Draft PlanStep::begin() const
 {
-  Eigen::Matrix3Xd all = curve_.controlPoints();
-  all.middleCols(window_.first, window_.count) = points;
-  const Eigen::Index behind = window_.first + window_.count;
-  all.rightCols(all.cols() - behind) = r_.controlPoints().rightCols(all.cols() - behind);
-  return curve_.withControlPoints(std::move(all));
+  if (restart_) return draftAtVehicle(in_.state, in_.progress, rho_, r_.knotSpan());
+  return previous_ ? draftOfPlan(*previous_, in_.progress, r_, context_.window)
+                   : draftOfReference(r_, in_.progress, context_.window);
 }
 
-std::vector<OccupiedSegment> Refinement::occupied(const UniformBSpline& curve,
-                                                  double clearance) const
+void PlanStep::classifyGoal()
 {
-  // The span under the vehicle cannot be changed any more, the next three only in part: what was
-  // accepted there once is not refused because a voxel grew by a hand's breadth.
-  const auto knot = [&](Eigen::Index i)
+  const Eigen::Vector3d goal = r_.position(r_.end());
+  goal_.nearest_L = goal;
+  if (!field_.bounds().contains(goal))
+    goal_.state = GoalState::NotSeen;
+  else if (optimisticDistance(field_, goal) < context_.hard)
+    goal_.state = GoalState::Occupied;
+  else
+    goal_.state = field_.occupancy(goal) == core::Occupancy::Unknown ? GoalState::Unknown
+                                                                     : GoalState::Free;
+}
+
+/// Leads a draft around everything, by the cheapest of the ways around its first obstacle.
+PlanStep::Attempt PlanStep::attempt(Draft draft, std::vector<Bypass> bypasses) const
+{
+  Attempt result;
+  result.had_bypasses = !bypasses.empty();
+  std::vector<std::vector<Eigen::Matrix3Xd>> ways;
+  for (std::size_t k = 0; k < bypasses.size(); ++k)
   {
-    return std::min(window_.to,
-                    curve.start() + curve.knotSpan() * static_cast<double>(window_.first + i));
+    GuideSearch search = searchGuides(field_, bypasses[k].from_L, bypasses[k].to_L, context_.hard,
+                                      k == 0 ? kGuides : 1, config_);
+    if (search.guides.empty())
+    {
+      result.failure = search.reason;
+      result.unreachable = search.unreachable;
+      result.blocked = bypasses[k];
+      result.nearest_L = search.nearest_L;
+      result.draft = std::move(draft);
+      return result;
+    }
+    ways.push_back(std::move(search.guides));
+  }
+  std::vector<Eigen::Matrix3Xd> guides;
+  for (const auto& way : ways) guides.push_back(way.front());
+  const std::size_t alternatives = ways.empty() ? 1 : ways.front().size();
+  for (std::size_t k = 0; k < alternatives; ++k)
+  {
+    if (!ways.empty()) guides.front() = ways.front()[k];
+    Refinement refinement = refine(context_, draft, bypasses, guides);
+    if (!refinement.accepted)
+    {
+      if (result.failure.empty()) result.failure = refinement.failure;
+      continue;
+    }
+    if (!result.best || refinement.travel_cost < result.best->travel_cost)
+      result.best = std::move(refinement);
+  }
+  result.draft = std::move(draft);
+  return result;
+}
+
+PlanStep::Attempt PlanStep::followPlan() const
+{
+  Draft draft = begin();
+  std::vector<Bypass> bypasses = bypassesOf(draft, context_);
+  return attempt(std::move(draft), std::move(bypasses));
+}
+
+/// From the columns that are given straight back to R where it is free again.
+PlanStep::Attempt PlanStep::returnToReference(const Draft& from) const
+{
+  const double lag = (from.points.col(from.fixed - 1) - r_.position(rho_)).norm();
+  const double lead = std::max(5.0 * r_.knotSpan(), lag / vehicle_.max_speed_mps);
+  const auto indexAt = [&](double t)
+  { return static_cast<Eigen::Index>(std::ceil((t - r_.start()) / r_.knotSpan() + 1.0)); };
+  const Eigen::Index last = context_.window.lastPoint() - 2;
+  Eigen::Index join = std::min(indexAt(rho_ + lead), last);
+  const auto free = [&](Eigen::Index k)
+  {
+    const double t = r_.start() + r_.knotSpan() * static_cast<double>(k - 1);
+    return optimisticDistance(field_, r_.position(t)) >= 1.05 * context_.hard;
   };
-  const double committed = std::min(clearance, vehicle_.radius_m + 0.1 * field_.resolution());
-  std::vector<OccupiedSegment> segments =
-      findOccupiedSegments(curve, knot(1), knot(kFixedAtStart), field_, committed, kMergeGap_s);
-  for (const OccupiedSegment& segment :
-       findOccupiedSegments(curve, knot(kFixedAtStart), window_.to, field_, clearance, kMergeGap_s))
-  {
-    if (!segments.empty() && segment.from - segments.back().to < kMergeGap_s)
-      segments.back().to = segment.to, segments.back().open_end = segment.open_end;
-    else
-      segments.push_back(segment);
-  }
-  return segments;
+  while (join < last && !free(join)) ++join;
+  Draft draft = draftBackToReference(from, r_, join, context_.window);
+  if (!draft.hasFreePoints() && draft.points.cols() < draft.fixed + kFixedAtEnd)
+    return {.failure = "window too short"};
+
+  Bypass gap = joinOf(draft);
+  std::vector<Bypass> bypasses = bypassesOf(draft, context_);
+  std::erase_if(bypasses,
+                [&](const Bypass& b)
+                {
+                  if (b.first > gap.last + 1) return false;
+                  gap.last = std::max(gap.last, b.last);
+                  return true;
+                });
+  gap.to_L = draft.points.col(gap.last);
+  bypasses.insert(bypasses.begin(), gap);
+  return attempt(std::move(draft), std::move(bypasses));
 }
 
-/// S_* of one segment. Where the way around is long, the segment is widened into free stretches of
-/// the curve, so that the detour has as many control points as its length needs.
-PushingPath Refinement::pushingPath(const UniformBSpline& curve, OccupiedSegment& segment) const
+/// To the reachable point nearest to the goal, and rest there.
+PlanStep::Attempt PlanStep::approachGoal(const Attempt& failed) const
 {
-  constexpr double kCrowded = 1.5;  // the clock slows down where a detour is crowded, up to here
-  constexpr int kWidenings = 2;
-  for (int widening = 0;; ++widening)
+  Draft draft = failed.draft;
+  Bypass way = failed.blocked ? *failed.blocked : Bypass{};
+  Eigen::Vector3d rest = failed.nearest_L;
+  if (!failed.blocked)
   {
-    const auto count = static_cast<Eigen::Index>(
-        std::clamp(std::ceil((segment.to - segment.from) / curve.knotSpan()) + 2.0, 5.0, 80.0));
-    const Eigen::Vector3d start = escape(field_, curve.position(segment.from), 1.05 * hard_);
-    const Eigen::Vector3d goal = escape(field_, curve.position(segment.to), 1.05 * hard_);
-    PushingPath path = findPushingPath(field_, start, goal, count, hard_, config_);
-    const double needed = polylineLength(path.guide) / vehicle_.max_speed_mps;
-    if (!path.found || widening == kWidenings || segment.to >= window_.to ||
-        needed <= kCrowded * (segment.to - segment.from))
-      return path;
-    segment.to = std::min(window_.to, segment.from + needed);
-    while (segment.to < window_.to &&
-           optimisticDistance(field_, curve.position(segment.to)) < 1.05 * hard_)
-      segment.to = std::min(window_.to, segment.to + curve.knotSpan());
+    way.from_L = draft.points.col(draft.points.cols() - 1);
+    const GuideSearch search = searchGuides(field_, way.from_L, r_.position(r_.end()),
+                                            config_.clearance_m, 1, config_);
+    rest = search.nearest_L;
+    way.first = draft.points.cols();
   }
+  if ((rest - way.from_L).norm() < field_.resolution() || way.first < draft.fixed)
+    return {.failure = "as near as it can be", .draft = std::move(draft)};
+  draft.replace(way.first, draft.points.cols(), Eigen::Matrix3Xd(3, 0), Eigen::VectorXd());
+  draft.restAt(rest);
+  way.last = way.first;
+  way.to_L = rest;
+  std::vector<Bypass> bypasses = bypassesOf(draft, context_);
+  std::erase_if(bypasses, [&](const Bypass& b) { return b.last + 1 >= way.first; });
+  bypasses.push_back(way);
+  return attempt(std::move(draft), std::move(bypasses));
 }
 
-bool Refinement::pushOut(Eigen::Matrix3Xd& points, std::vector<Push>& pushes)
+/// Every few plans one that is away from R is compared with a fresh one.
+bool PlanStep::isChallenged(const Refinement& plan) const
 {
-  const UniformBSpline curve = curveWith(points);
-  const std::vector<OccupiedSegment> segments = occupied(curve, hard_);
-  if (segments.empty()) return true;
-  record_ = {};  // explains the last push, not the sum of all attempts
-  double done_until = window_.from;
-  for (OccupiedSegment segment : segments)
+  if (!previous_) return false;
+  if (!plan.draft.ends_on_reference && !context_.window.goal_blocked) return true;
+  if (previous_->sequence % kChallengeEvery != 0) return false;
+  const Eigen::Matrix3Xd off =
+      plan.draft.points - referencePoints(r_, plan.draft.along);
+  return off.rightCols(off.cols() - plan.draft.fixed).colwise().norm().maxCoeff() > kAwayFromR_m;
+}
+
+/// What can be promised for a curve: at rest before anything that is not known to be free.
+RefinedReference PlanStep::promise(const UniformBSpline& curve, Eigen::VectorXd along,
+                                   double clear_until) const
+{
+  const double from = std::clamp(in_.progress, curve.start(), curve.end());
+  double stop_at = clear_until;
+  if (config_.unknown == UnknownPolicy::Avoid)
+    stop_at = certify(curve, from, clear_until, field_, UnknownAs::Occupied, vehicle_.radius_m)
+                  .until;
+  const spline::MotionLimits limits{vehicle_.max_speed_mps, vehicle_.max_acceleration_mps2};
+  RefinedReference promised{curve, std::move(along),
+                            spline::TimeLaw(curve, from, stop_at, restart_ ? 1.0 : in_.pace, limits)};
+  promised.clear_until = clear_until;
+  promised.stop_at = stop_at;
+  promised.sequence = in_.previous ? in_.previous->sequence + 1 : 1;
+  promised.map_sequence = field_.sequence();
+  return promised;
+}
+
+GlobalPlannerOutput PlanStep::commit(const Refinement& plan, RefineOutcome outcome)
+{
+  const UniformBSpline curve = plan.draft.curve();
+  RefinedReference promised = promise(curve, plan.draft.along, curve.end());
+  promised.ends_on_reference = plan.draft.ends_on_reference;
+  core::RefinementRecord record = plan.record;
+  record.certified = true;
+  record.reason = plan.reason;
+  record.stop_excess = promised.law.excess();
+  record.certificate_margin_m = plan.certificate.margin_m;
+  record.min_clearance_m = minClearance(curve, in_.progress, curve.end(), field_);
+  record.ran = true;
+  record.outcome = toString(outcome);
+  return {outcome, goal_, std::make_shared<const RefinedReference>(std::move(promised)),
+          std::move(record)};
+}
+
+/// The previous plan stays, but nobody may follow it into what is known to block it.
+GlobalPlannerOutput PlanStep::keep(const Attempt& failed, RefineOutcome outcome)
+{
+  Draft draft = begin();
+  if (restart_)
+    draft.restAt(in_.state.p_L + in_.state.v_W * in_.state.v_W.norm() /
+                                     (2.0 * vehicle_.max_acceleration_mps2));
+  const bool unchanged = previous_ && !restart_;
+  const UniformBSpline curve = unchanged ? previous_->spline : draft.curve();
+  const Certificate certificate =
+      certify(curve, std::clamp(in_.progress, curve.start(), curve.end()), curve.end(), field_,
+              UnknownAs::Free, vehicle_.radius_m);
+  RefinedReference kept =
+      promise(curve, unchanged ? previous_->along : draft.along, certificate.until);
+  kept.ends_on_reference = unchanged ? previous_->ends_on_reference : draft.ends_on_reference;
+  core::RefinementRecord record;
+  record.ran = true;
+  record.reason = failed.failure;
+  record.stop_excess = kept.law.excess();
+  record.certificate_margin_m = certificate.margin_m;
+  record.min_clearance_m = minClearance(curve, in_.progress, curve.end(), field_);
+  record.outcome = std::string(toString(outcome)) +
+                   (failed.failure.empty() ? "" : " (" + failed.failure + ")");
+  return {outcome, goal_, std::make_shared<const RefinedReference>(std::move(kept)),
+          std::move(record)};
+}
+
+GlobalPlannerOutput PlanStep::run()
+{
+  if (config_.goal_policy == GoalPolicy::Reject && goal_.state == GoalState::Occupied)
+    return keep({.failure = "goal occupied: rejected"}, RefineOutcome::GoalBlocked);
+
+  Attempt plan = restart_ ? Attempt{.failure = "restart", .draft = begin()} : followPlan();
+  if (!plan.best || isChallenged(*plan.best))
   {
-    if (segment.to <= done_until) continue;
-    record_.occupied_segments.push_back(curve.sample(
-        segment.from, segment.to,
-        std::max<Eigen::Index>(2, Eigen::Index(curve.length(segment.from, segment.to) / 0.1))));
-    segment.from = std::max(segment.from, done_until);
-    const PushingPath path = pushingPath(curve, segment);
-    done_until = segment.to;
-    if (path.guide.cols() > 0) record_.guides.push_back(path.guide);
-    if (!path.found)
+    Attempt fresh = returnToReference(plan.best ? plan.best->draft : begin());
+    const bool better = fresh.best && (!plan.best || !plan.best->draft.ends_on_reference ||
+                                       fresh.best->travel_cost < kKeep * plan.best->travel_cost);
+    if (better || restart_) plan = std::move(fresh);
+  }
+  const bool at_end = context_.window.goal_blocked || context_.window.to >= r_.end();
+  bool holds = plan.best && !plan.best->draft.ends_on_reference;
+  if (!holds && at_end && (context_.window.goal_blocked || (!plan.best && plan.unreachable)))
+  {
+    if (plan.best) plan.draft = plan.best->draft;
+    if (!context_.window.goal_blocked) goal_.state = GoalState::Unreachable;
+    if (Attempt hold = approachGoal(plan); hold.best)
     {
-      record_.outcome = path.reason;
-      return false;
+      plan = std::move(hold);
+      holds = true;
     }
-    recovered_ = recovered_ || path.recovered;
-    record_.pushing_paths.push_back(path.path);
-    record_.polyhedra.insert(record_.polyhedra.end(), path.polyhedra.begin(), path.polyhedra.end());
-    pushSegment(segment, path, points, pushes);
   }
-  return true;
-}
-
-void Refinement::pushSegment(const OccupiedSegment& segment, const PushingPath& path,
-                             Eigen::Matrix3Xd& points, std::vector<Push>& pushes)
-{
-  const Eigen::Matrix3Xd before = points;
-  const double duration = segment.to - segment.from;
-  const double detour = polylineLength(path.path);
-  stretch_ = std::max(stretch_, 1.2 * detour / (duration * vehicle_.max_speed_mps));
-  for (Eigen::Index i = window_.firstFree(); i <= window_.lastFree(); ++i)
+  const bool blocked = holds || context_.window.goal_blocked;
+  if (plan.best)
   {
-    const double share = (influenceTime(r_, window_.first + i) - segment.from) / duration;
-    if (share < 0.0 || share > 1.0) continue;
-    const double at = share * static_cast<double>(path.path.cols() - 1);
-    const auto k = std::min<Eigen::Index>(static_cast<Eigen::Index>(at), path.path.cols() - 2);
-    const double u = at - static_cast<double>(k);
-    const Eigen::Vector3d even = (1.0 - u) * path.path.col(k) + u * path.path.col(k + 1);
-    const Eigen::Vector3d target =
-        crossing(before.col(i - 1), before.col(i), before.col(i + 1), path.path).value_or(even);
-    const Eigen::Vector3d pull = target - before.col(i);
-    points.col(i) = even;
-    if (pull.norm() < 1e-5) continue;
-    // S_* already keeps D_z where the gap permits, so the pull ends on it: its anchor lies D_z
-    // behind (D-05).
-    const Eigen::Vector3d direction = pull.normalized();
-    pushes.push_back({i, target - config_.clearance_m * direction, direction});
-    record_.directions.push_back({before.col(i), target});
+    goal_.nearest_L = plan.best->draft.points.col(plan.best->draft.points.cols() - 1);
+    goal_.short_m = (goal_.nearest_L - r_.position(r_.end())).norm();
+    return commit(*plan.best, blocked                  ? RefineOutcome::GoalBlocked
+                              : plan.best->recovered   ? RefineOutcome::Recovered
+                              : plan.had_bypasses      ? RefineOutcome::Refined
+                                                       : RefineOutcome::Clear);
   }
-}
-
-void Refinement::keepClear(const Eigen::Matrix3Xd& points, std::vector<Push>& pushes) const
-{
-  for (Eigen::Index i = window_.firstFree(); i <= window_.lastFree(); ++i)
-  {
-    const Eigen::Vector3d p = points.col(i);
-    const auto here = field_.sample(p, UnknownAs::Free);
-    if (!here || here->distance >= 1.5 * config_.clearance_m) continue;
-    const double steepness = here->gradient.norm();
-    if (steepness < 0.2) continue;  // on a ridge between two obstacles there is no side to prefer
-    const Eigen::Vector3d normal = here->gradient / steepness;
-    pushes.push_back({i, p - here->distance * normal, normal});
-  }
-}
-
-Eigen::Matrix3Xd Refinement::minimise(Eigen::Matrix3Xd points, std::vector<Push> pushes,
-                                      double gain)
-{
-  RefinementCost::Problem problem;
-  problem.points = std::move(points);
-  problem.reference = r_.controlPoints().middleCols(window_.first, window_.count);
-  problem.fit_weight = fitWeights();
-  problem.first_free = window_.firstFree();
-  problem.last_free = window_.lastFree();
-  problem.knot_span = r_.knotSpan();
-  problem.pushes = std::move(pushes);
-  problem.obstacle_gain = gain;
-
-  const Eigen::Index free = problem.last_free - problem.first_free + 1;
-  Eigen::Matrix3Xd lower =
-      problem.reference.middleCols(problem.first_free, free).array() - config_.max_offset_m;
-  Eigen::Matrix3Xd upper =
-      problem.reference.middleCols(problem.first_free, free).array() + config_.max_offset_m;
-  const auto altitude = problem.reference.row(2).middleCols(problem.first_free, free).array();
-  lower.row(2) = (altitude - config_.max_climb_m).max(lower.row(2).array());
-  upper.row(2) = (altitude + config_.max_climb_m).min(upper.row(2).array());
-  lower.row(2) = lower.row(2).cwiseMax(config_.min_altitude_m).cwiseMin(config_.max_altitude_m);
-  upper.row(2) = upper.row(2).cwiseMin(config_.max_altitude_m).cwiseMax(config_.min_altitude_m);
-
-  core::Vehicle stretched = vehicle_;
-  stretched.max_speed_mps *= stretch_;
-  stretched.max_acceleration_mps2 *= stretch_ * stretch_;
-  RefinementCost cost(std::move(problem), config_, stretched);
-  optim::BoxMinimizerConfig solver;
-  solver.max_evaluations = config_.max_evaluations;
-  const optim::BoxMinimum minimum = optim::minimizeInBox(
-      [&cost](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) { return cost(x, gradient); },
-      cost.start(), lower.reshaped(), upper.reshaped(), solver, in_.deadline);
-  record_.solve = minimum.report;
-  return cost.points(minimum.x);
-}
-
-GlobalPlannerOutput Refinement::commit(RefineOutcome outcome, const UniformBSpline& curve)
-{
-  RefinedReference refined{curve};
-  refined.clear_until = window_.to;
-  refined.stop_at = window_.to;  // nothing beyond was looked at
-  refined.sequence = in_.previous ? in_.previous->sequence + 1 : 1;
-  refined.map_sequence = field_.sequence();
-  record_.min_clearance_m = minClearance(curve, window_.from, window_.to, field_);
-  record_.ran = true;
-  record_.outcome = toString(outcome);
-  return {outcome, std::make_shared<const RefinedReference>(std::move(refined)),
-          std::move(record_)};
-}
-
-GlobalPlannerOutput Refinement::keep(RefineOutcome outcome)
-{
-  // The previous plan stays, but nobody may follow it into what is known to block it.
-  RefinedReference kept{curve_};
-  const auto blocked = findOccupiedSegments(curve_, window_.from, window_.to, field_, hard_, 0.0);
-  kept.clear_until = blocked.empty() ? window_.to : blocked.front().from;
-  kept.stop_at = kept.clear_until;
-  kept.sequence = in_.previous ? in_.previous->sequence + 1 : 1;
-  kept.map_sequence = field_.sequence();
-  record_.min_clearance_m = minClearance(curve_, window_.from, window_.to, field_);
-  record_.ran = true;
-  const std::string detail = record_.outcome;
-  record_.outcome = std::string(toString(outcome)) + (detail.empty() ? "" : " (" + detail + ")");
-  return {outcome, std::make_shared<const RefinedReference>(std::move(kept)), std::move(record_)};
-}
-
-GlobalPlannerOutput Refinement::run()
-{
-  if (window_.to <= window_.from && window_.from < r_.end() && !window_.blocked_end)
-  {
-    record_.outcome = "reference outside the map";
-    return keep(RefineOutcome::StillOccupied);
-  }
-  if (!window_.hasFreePoints())
-  {
-    const bool blocked = window_.blocked_end || !occupied(curve_, hard_).empty();
-    return keep(!blocked             ? RefineOutcome::Clear
-                : atEndOfReference() ? RefineOutcome::GoalBlocked
-                                     : RefineOutcome::StillOccupied);
-  }
-
-  // A result is accepted at the hard clearance, but one with half a voxel to spare is tried for:
-  // the next map will differ.
-  const double comfortable = hard_ + 0.5 * field_.resolution();
-  Eigen::Matrix3Xd points = startPoints();
-  std::optional<UniformBSpline> accepted;
-  bool blocks_goal = false;  // what could not be cleared lies around the very end of R
-  double gain = 1.0;
-  for (int attempt = 0; attempt < config_.max_attempts; ++attempt, gain *= 2.0)
-  {
-    std::vector<Push>
-        pushes;  // seeded anew at every attempt: anchors belong to the points they were made for
-    if (!pushOut(points, pushes)) break;
-    keepClear(points, pushes);
-    points = minimise(std::move(points), std::move(pushes), gain);
-    const UniformBSpline curve = curveWith(points);
-    const std::vector<OccupiedSegment> left = occupied(curve, hard_);
-    blocks_goal = !left.empty() && left.back().to >= r_.end() - kAroundGoal_s;
-    if (!left.empty()) continue;
-    accepted = curve;
-    if (occupied(curve, comfortable).empty()) break;
-  }
-  if (accepted)
-    return commit(window_.goal_blocked                ? RefineOutcome::GoalBlocked
-                  : recovered_                        ? RefineOutcome::Recovered
-                  : record_.occupied_segments.empty() ? RefineOutcome::Clear
-                                                      : RefineOutcome::Refined,
-                  *accepted);
-  if (!record_.outcome.empty())
-    return keep(atEndOfReference() && record_.outcome != "guide: start blocked"
-                    ? RefineOutcome::GoalBlocked
-                    : RefineOutcome::GuideFailed);
-  return keep(blocks_goal ? RefineOutcome::GoalBlocked : RefineOutcome::StillOccupied);
+  return keep(plan, blocked             ? RefineOutcome::GoalBlocked
+                    : plan.blocked      ? RefineOutcome::GuideFailed
+                                        : RefineOutcome::StillOccupied);
 }
 
 }  // namespace
@@ -443,6 +394,33 @@ std::string_view toString(RefineOutcome outcome)
   return "?";
 }
 
+std::string_view toString(GoalState state)
+{
+  switch (state)
+  {
+    case GoalState::NotSeen:
+      return "not seen";
+    case GoalState::Free:
+      return "free";
+    case GoalState::Unknown:
+      return "unknown";
+    case GoalState::Occupied:
+      return "occupied";
+    case GoalState::Unreachable:
+      return "unreachable";
+  }
+  return "?";
+}
+
+double RefinedReference::referenceTime(double t) const
+{
+  const double at = std::clamp((t - spline.start()) / spline.knotSpan() + 1.0, 0.0,
+                               static_cast<double>(along.size() - 1));
+  const auto k = std::min<Eigen::Index>(static_cast<Eigen::Index>(at), along.size() - 2);
+  const double u = at - static_cast<double>(k);
+  return (1.0 - u) * along[k] + u * along[k + 1];
+}
+
 GlobalPlanner::GlobalPlanner(const GlobalPlannerConfig& config, const core::Vehicle& vehicle)
     : config_(config), vehicle_(vehicle)
 {
@@ -458,22 +436,12 @@ GlobalPlanner::GlobalPlanner(const GlobalPlannerConfig& config, const core::Vehi
 
 GlobalPlannerOutput GlobalPlanner::step(const GlobalPlannerInput& input) const
 {
-  if (!input.field)
-  {
-    GlobalPlannerOutput output;
-    output.refined = input.previous;
-    if (!output.refined)
-    {
-      RefinedReference as_given{*input.reference};
-      as_given.clear_until = as_given.stop_at =
-          input.reference->start();  // nothing is known to be clear
-      output.refined = std::make_shared<const RefinedReference>(std::move(as_given));
-    }
-    output.record.ran = true;
-    output.record.outcome = toString(RefineOutcome::NoField);
-    return output;
-  }
-  return Refinement(config_, vehicle_, input).run();
+  if (input.field) return PlanStep(config_, vehicle_, input).run();
+  GlobalPlannerOutput output;
+  output.refined = input.previous;
+  output.record.ran = true;
+  output.record.outcome = toString(RefineOutcome::NoField);
+  return output;
 }
 
 }  // namespace slalom::global_planner

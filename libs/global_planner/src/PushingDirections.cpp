@@ -14,35 +14,34 @@ namespace
 {
 using core::HalfSpaces;
 
-search::SearchResult searchGuide(const core::DistanceField& field, const Eigen::Vector3d& start_L,
-                                 const Eigen::Vector3d& goal_L, double hard_clearance,
-                                 const GlobalPlannerConfig& config)
+std::string reasonFor(search::SearchStatus status)
 {
-  search::GridSearchConfig search_config;
-  search_config.clearance_m = hard_clearance;
-  search_config.preferred_clearance_m = config.clearance_m;
-  search_config.proximity_weight = config.guide_proximity_weight;
-  const double reach = std::max(3.0, 0.5 * (goal_L - start_L).norm());
-  Eigen::AlignedBox3d box(start_L.cwiseMin(goal_L) - Eigen::Vector3d(reach, reach, 1.5),
-                          start_L.cwiseMax(goal_L) + Eigen::Vector3d(reach, reach, 1.5));
-  // Both ends are where they are, whatever the altitude limits say of the way between.
-  const auto keepAltitude = [&](Eigen::AlignedBox3d& b)
+  switch (status)
   {
-    b.min().z() = std::max({b.min().z(), config.min_altitude_m,
-                            std::min(start_L.z(), goal_L.z()) - config.max_climb_m});
-    b.max().z() = std::min({b.max().z(), config.max_altitude_m,
-                            std::max(start_L.z(), goal_L.z()) + config.max_climb_m});
-    b.extend(start_L).extend(goal_L);
-  };
-  keepAltitude(box);
-  search::SearchResult result = search::findPath(field, start_L, goal_L, box, search_config);
-  if (result.status == search::SearchStatus::Unreachable)
-  {
-    Eigen::AlignedBox3d whole = field.bounds();
-    keepAltitude(whole);
-    result = search::findPath(field, start_L, goal_L, whole, search_config);
+    case search::SearchStatus::Found:
+      return {};
+    case search::SearchStatus::StartBlocked:
+      return "guide: start blocked";
+    case search::SearchStatus::GoalBlocked:
+      return "guide: goal blocked";
+    case search::SearchStatus::Unreachable:
+      return "guide: no way around";
+    case search::SearchStatus::ExpansionLimit:
+      return "guide: search limit";
   }
-  return result;
+  return "guide";
+}
+
+/// Moves a point up the distance gradient until it keeps `clearance`, at most two metres.
+Eigen::Vector3d escape(const core::DistanceField& field, Eigen::Vector3d p_L, double clearance)
+{
+  for (int i = 0; i < 10; ++i)
+  {
+    const auto here = field.sample(p_L, core::UnknownAs::Free);
+    if (!here || here->distance >= clearance || here->gradient.norm() < 1e-3) break;
+    p_L += here->gradient.normalized() * std::min(0.2, clearance - here->distance + 1e-3);
+  }
+  return p_L;
 }
 
 /// Cuts every edge into equal pieces not longer than `longest`.
@@ -153,30 +152,56 @@ Eigen::Matrix3Xd projectAll(Eigen::Matrix3Xd points,
 
 }  // namespace
 
-PushingPath findPushingPath(const core::DistanceField& field, const Eigen::Vector3d& start_L,
-                            const Eigen::Vector3d& goal_L, Eigen::Index points,
-                            double hard_clearance, const GlobalPlannerConfig& config)
+GuideSearch searchGuides(const core::DistanceField& field, const Eigen::Vector3d& start_L,
+                         const Eigen::Vector3d& goal_L, double hard_clearance, int count,
+                         const GlobalPlannerConfig& config)
+{
+  search::GridSearchConfig search_config;
+  search_config.clearance_m = hard_clearance;
+  search_config.preferred_clearance_m = std::max(config.clearance_m, hard_clearance);
+  search_config.proximity_weight = config.guide_proximity_weight;
+  const Eigen::Vector3d start = escape(field, start_L, 1.02 * hard_clearance);
+  const double reach = std::max(3.0, 0.5 * (goal_L - start).norm());
+  Eigen::AlignedBox3d near(start.cwiseMin(goal_L) - Eigen::Vector3d(reach, reach, 1.5),
+                           start.cwiseMax(goal_L) + Eigen::Vector3d(reach, reach, 1.5));
+  // Both ends are where they are, whatever the altitude limits say of the way between.
+  const auto keepAltitude = [&](Eigen::AlignedBox3d box)
+  {
+    box.min().z() = std::max({box.min().z(), config.min_altitude_m,
+                              std::min(start.z(), goal_L.z()) - config.max_climb_m});
+    box.max().z() = std::min({box.max().z(), config.max_altitude_m,
+                              std::max(start.z(), goal_L.z()) + config.max_climb_m});
+    return box.extend(start).extend(goal_L);
+  };
+  auto found = search::findDistinctPaths(field, start, goal_L, keepAltitude(near), search_config,
+                                         count);
+  if (found.front().status == search::SearchStatus::Unreachable)
+    found = search::findDistinctPaths(field, start, goal_L, keepAltitude(field.bounds()),
+                                      search_config, count);
+  GuideSearch result;
+  result.nearest_L = found.front().nearest_L;
+  result.reason = reasonFor(found.front().status);
+  result.unreachable = found.front().status == search::SearchStatus::Unreachable;
+  for (search::SearchResult& way : found)
+    if (way.status == search::SearchStatus::Found) result.guides.push_back(std::move(way.path));
+  return result;
+}
+
+PushingPath pushAlong(const core::DistanceField& field, const Eigen::Matrix3Xd& guide,
+                      Eigen::Index points, double hard_clearance,
+                      const GlobalPlannerConfig& config)
 {
   PushingPath result;
-  const search::SearchResult guide = searchGuide(field, start_L, goal_L, hard_clearance, config);
-  if (guide.status != search::SearchStatus::Found)
-  {
-    result.reason = guide.status == search::SearchStatus::StartBlocked  ? "guide: start blocked"
-                    : guide.status == search::SearchStatus::GoalBlocked ? "guide: goal blocked"
-                    : guide.status == search::SearchStatus::Unreachable ? "guide: no way around"
-                                                                        : "guide: search limit";
-    return result;
-  }
-  result.guide = guide.path;
-  const Eigen::Matrix3Xd pieces = cutIntoPieces(guide.path, config.piece_m);
+  result.guide = guide;
+  const Eigen::Matrix3Xd pieces = cutIntoPieces(guide, config.piece_m);
   // Obstacles are voxel centres, the clearance counts from their surface.
   result.polyhedra =
       decomposeAlong(field, pieces, hard_clearance + 0.5 * field.resolution(), config);
 
   const Eigen::VectorXd s = arcLength(pieces);
   optim::PathQp program;
-  program.first = start_L;
-  program.last = goal_L;
+  program.first = guide.col(0);
+  program.last = guide.col(guide.cols() - 1);
   program.points = points;
   program.sets = assign(s, points, result.polyhedra);
   program.margin = std::max(0.0, config.clearance_m - hard_clearance);

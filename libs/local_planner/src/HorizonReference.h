@@ -16,7 +16,7 @@ struct HorizonReference
   double heading = 0.0;     ///< [rad] of stage 0, to be held when the reference rests
 };
 
-/** Samples the reference at progress + rate k dt, not beyond stop_at, where it rests.
+/** Samples the reference as its time law runs from `progress` on.
  *
  *  The input of stage k is the velocity in the middle of its interval: it is held for the whole
  * interval, so the middle is what leads from one reference point to the next. The heading follows

@@ -51,12 +51,12 @@ struct RangeCheck
 /// Why this input cannot be planned on; empty if it can.
 std::string trouble(const LocalPlannerInput& input)
 {
-  if (!input.reference) return "no reference";
+  if (!input.reference || !input.law) return "no reference";
   const core::VehicleState& s = input.state;
   if (!std::isfinite(s.t) || !s.p_L.allFinite() || !s.v_W.allFinite() ||
       !s.q_WB.coeffs().allFinite() || !std::isfinite(s.yaw()))
     return "the state is not finite";
-  if (!std::isfinite(input.progress) || !std::isfinite(input.rate) || !std::isfinite(input.stop_at))
+  if (!std::isfinite(input.progress))
     return "the progress on the reference is not finite";
   if (!input.last_command.v_W.allFinite() || !std::isfinite(input.last_command.yaw_rate))
     return "the last command is not finite";

@@ -164,6 +164,10 @@ AbstractNavigator3D::StepResult TrackerNavigator::computeCommand(double, const S
     case EngineStatus::GoalBlocked:
       result.status = Status::GoalBlocked;
       break;
+    case EngineStatus::Unreachable:
+      result.status = Status::Failed;
+      result.detail = "UNREACHABLE: " + result.detail;
+      break;
   }
   return result;
 }

@@ -52,6 +52,12 @@ std::string refinementText(const core::RefinementRecord& r)
   return r.outcome + (r.ran ? "" : " (earlier cycle)");
 }
 
+std::string certificateText(const core::RefinementRecord& r)
+{
+  if (r.outcome.empty()) return "-";
+  return r.certified ? "radius + " + metres(r.certificate_margin_m) : "none";
+}
+
 std::string solverText(const core::SolveReport& report)
 {
   if (report.termination == core::Termination::NotRun) return "-";
@@ -75,6 +81,8 @@ std::vector<Line> numbers(const CycleView& view)
           {"error to setpoint", metres(behind)},
           {"to the goal", mission ? metres(r.distance_to_goal_m, 1) : "-"},
           {"refinement", refinementText(r.refinement)},
+          {"why", r.refinement.reason.empty() ? "-" : r.refinement.reason},
+          {"certificate", certificateText(r.refinement)},
           {"J solver", solverText(r.refinement.solve)},
           {"NMPC solver", solverText(r.nmpc)},
           {"map no., R no.",
@@ -180,7 +188,8 @@ std::vector<LegendEntry> cycleLegend()
          const double y = box.y + 0.5 * box.height;
          c.arrow({double(box.x), y}, {double(box.x + box.width), y}, style::kDirection, 9.0);
        }});
-  entries.push_back(lineEntry("refined R", style::kRefined));
+  entries.push_back(lineEntry("refined R, proved clear of all seen", style::kRefined));
+  entries.push_back(lineEntry("... in known free space, to a stop", style::kCommitted));
   entries.push_back({"NMPC horizon, stages", drawDot});
   entries.push_back(lineEntry("flown", style::kTrail));
   entries.push_back({"vehicle, its radius and heading", [](Canvas& c, cv::Rect box)

@@ -130,6 +130,7 @@ void drawPlans(Canvas& canvas, const Axes& axes, const CycleView& view)
   canvas.path(project(axes, record.reference), style::kReference);
   drawTrail(canvas, axes, view.flown);
   canvas.path(project(axes, record.refined), style::kRefined);
+  canvas.path(project(axes, record.committed), style::kCommitted);
   drawLines(canvas, axes, refinement.guides, style::kGuide);
   drawLines(canvas, axes, refinement.pushing_paths, style::kPushingPath);
   for (const core::PushArrow& arrow : refinement.directions)

@@ -104,10 +104,14 @@ void FlightLog::addTruth(double t, const Eigen::Vector3d& p_W)
 
 void FlightLog::countPlanning(const core::CycleRecord& record)
 {
+  if (!record.verified_stop && cycles_.size() > 1)
+    planning_.time_without_verified_stop_s += record.t - cycles_[cycles_.size() - 2].t;
   if (record.refinement.ran)
   {
     const std::string& outcome = record.refinement.outcome;
     ++planning_.replans;
+    if (record.refinement.certified) ++planning_.certified;
+    if (record.refinement.stop_excess > 0.01) ++planning_.rescues;
     if (outcome == "Recovered") ++planning_.recoveries;
     if (outcome == "Clear" || outcome == "Refined" || outcome == "Recovered")
       ++planning_.refined_ok;

@@ -92,7 +92,8 @@ void complete(AtomicFile& file)
 
 constexpr std::string_view kCycleColumns =
     "t,index,status,fallback,reason,x_m,y_m,z_m,yaw_rad,vx_mps,vy_mps,vz_mps,progress_s,pace,"
-    "distance_to_goal_m,clearance_m,error_reference_m,refinement_ran,refinement,"
+    "distance_to_goal_m,clearance_m,error_reference_m,refinement_ran,refinement,refinement_reason,"
+    "certified,certificate_margin_m,stop_excess,goal,goal_short_m,"
     "occupied_segments,polyhedra,refined_clearance_m,global_termination,global_iterations,"
     "nmpc_termination,nmpc_iterations,nmpc_cost,nmpc_residual,cmd_vx_mps,cmd_vy_mps,cmd_vz_mps,"
     "cmd_wz_radps,local_offset_m,map_sequence,reference_sequence,decision_hash\n";
@@ -171,6 +172,10 @@ void FlightReport::Impl::writeCycleRow(const core::CycleRecord& r, const detail:
   row.number(mission ? r.distance_to_goal_m : detail::kNone, 6);
   row.number(s.clearance_m, 6).number(s.vs_reference_m, 6);
   row.integer(r.refinement.ran ? 1 : 0).text(r.refinement.outcome);
+  row.text(r.refinement.reason).integer(r.refinement.certified ? 1 : 0);
+  row.number(r.refinement.certified ? r.refinement.certificate_margin_m : detail::kNone, 6);
+  row.number(r.refinement.stop_excess, 6);
+  row.text(r.refinement.goal).number(mission ? r.refinement.goal_short_m : detail::kNone, 6);
   row.integer(r.refinement.occupied_segments.size()).integer(r.refinement.polyhedra.size());
   row.number(r.refinement.outcome.empty() ? detail::kNone : r.refinement.min_clearance_m, 6);
   row.text(core::toString(r.refinement.solve.termination));

@@ -52,16 +52,16 @@ Json timingOf(const TimingMetrics& t)
           {"deadline_misses", missesOf(t)}};
 }
 
-Json planningOf(const PlanningMetrics& p, const RunSummary& summary)
+Json planningOf(const PlanningMetrics& p)
 {
   return {{"replans", p.replans},
           {"refined_ok", p.refined_ok},
           {"refined_failed", p.refined_failed},
-          {"certified", count(summary.certified)},
+          {"certified", p.certified},
           {"recoveries", p.recoveries},
-          {"rescues", count(summary.rescues)},
+          {"rescues", p.rescues},
           {"fallbacks", {{"shifted", p.shifted}, {"backup", p.backup}, {"brake", p.brake}}},
-          {"time_without_verified_stop_s", number(summary.time_without_verified_stop_s)}};
+          {"time_without_verified_stop_s", p.time_without_verified_stop_s}};
 }
 
 Json inputOf(const RunInfo& info, const InputSummary& input)
@@ -111,7 +111,7 @@ std::string metricsJson(const FlightMetrics& m, const RunInfo& info, const RunSu
                    {"max_mps", number(m.max_speed_mps)},
                    {"max_acc_mps2", number(m.max_acceleration_mps2)}};
   json["timing"] = timingOf(m.timing);
-  json["planning"] = planningOf(m.planning, summary);
+  json["planning"] = planningOf(m.planning);
   json["input"] = inputOf(info, summary.input);
   json["run"] = runOf(m, info, summary);
   // A title or path that is not UTF-8 must not cost the user the numbers.

@@ -10,7 +10,8 @@ inline constexpr Colour kInk{30, 30, 30}, kFaint{110, 110, 110}, kPanel{250, 250
 inline constexpr Colour kGood{24, 128, 56}, kWarn{196, 108, 0}, kBad{196, 24, 24};
 
 inline const Stroke kReference{kWhite, 1, kInk};
-inline const Stroke kRefined{{214, 20, 120}, 4, kWhite};
+inline const Stroke kRefined{{214, 20, 120}, 2, kWhite, 9.0, 6.0};
+inline const Stroke kCommitted{{214, 20, 120}, 4, kWhite};
 /// In the overview: a band that stays visible below the flown path.
 inline const Stroke kRefinedBand{{240, 120, 185}, 13};
 inline const Stroke kOccupiedSegment{{228, 26, 28}, 8};

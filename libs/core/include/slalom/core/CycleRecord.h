@@ -30,6 +30,7 @@ struct RefinementRecord
   bool ran = false;  ///< false: this cycle had no global step, the rest is from the last one
   std::string
       outcome;  ///< one of the planner's outcome names, e.g. "Refined", "Clear", "GuideFailed"
+  std::string reason;  ///< one line: what was done and why
   std::vector<Polyline>
       occupied_segments;                ///< stretches of R that collide or come closer than allowed
   std::vector<Polyline> guides;         ///< searched detours
@@ -38,6 +39,12 @@ struct RefinementRecord
   std::vector<PushArrow> directions;    ///< gradient vectors [Paper Algorithm 2]
   SolveReport solve;                    ///< of J [Paper Eq. (1)]
   double min_clearance_m = 0.0;         ///< of the refined window, optimistic field, sampled
+  bool certified = false;               ///< the whole plan is proved clear
+  double certificate_margin_m = 0.0;    ///< proved clearance beyond the vehicle's radius
+  double stop_excess = 0.0;             ///< [1] to rest where the plan ends takes this much more
+                                        ///< acceleration than planned with; 0 normally
+  std::string goal;                     ///< what the map says of the goal, e.g. "free"
+  double goal_short_m = 0.0;            ///< the plan ends this far from the goal, 0 if at it
 };
 
 /// Wall time of each part of a cycle [s]; 0 where the part did not run.
@@ -60,6 +67,7 @@ struct CycleRecord
   Polyline reference;  ///< immutable R, local frame, sampled over its whole length; empty without a
                        ///< mission
   Polyline refined;    ///< refined reference over the planning window
+  Polyline committed;  ///< its beginning, up to where the vehicle rests if no better plan comes
   Polyline horizon;    ///< NMPC prediction, N+1 points; empty when no local plan
   Eigen::VectorXd horizon_yaw;                                  ///< [rad] N+1
   Eigen::Vector3d reference_point_L = Eigen::Vector3d::Zero();  ///< R at the current progress
@@ -73,6 +81,7 @@ struct CycleRecord
   RefinementRecord refinement;
   SolveReport nmpc;
   VelocityCommand command;
+  bool verified_stop = true;  ///< at rest, or on a plan that can rest where it ends
   std::string status;    ///< engine state, e.g. NAVIGATING, GOAL_REACHED
   std::string fallback;  ///< empty, or the rung of the fallback ladder that produced the command
   std::string reason;    ///< one line: why this command

@@ -22,8 +22,10 @@ enum class EngineStatus
   NoMission,        ///< mapping only
   Navigating,
   GoalReached,  ///< within the tolerance; latched until the next mission
-  GoalBlocked  ///< at rest at the last reachable point before an occupied goal; leaves when the map
-               ///< clears
+  GoalBlocked,  ///< at rest at the reachable point nearest to a goal that is occupied or cut off;
+                ///< leaves when the map clears
+  Unreachable   ///< at rest in mid-mission for longer than mission.blocked_timeout_s; leaves when it
+                ///< moves again
 };
 [[nodiscard]] std::string_view toString(EngineStatus status);
 

@@ -11,6 +11,7 @@
 #include "slalom/core/Vehicle.h"
 #include "slalom/core/VehicleState.h"
 #include "slalom/global_planner/GlobalPlannerConfig.h"
+#include "slalom/global_planner/RefinedReference.h"
 #include "slalom/spline/UniformBSpline.h"
 
 namespace slalom::global_planner
@@ -29,17 +30,22 @@ enum class RefineOutcome
 };
 [[nodiscard]] std::string_view toString(RefineOutcome outcome);
 
-/// R after refinement: the same knots as R, other control points inside the window. Immutable,
-/// shared between planners.
-struct RefinedReference
+/// What the newest map says about the end of R.
+enum class GoalState
 {
-  spline::UniformBSpline spline;
-  double clear_until =
-      0.0;  ///< [s] parameter up to which the curve was verified clear (optimistic field)
-  double stop_at =
-      0.0;  ///< [s] parameter at which the vehicle must rest: end of R, or of what was verified
-  std::uint64_t sequence = 0;  ///< counts commits
-  std::uint64_t map_sequence = 0;
+  NotSeen,     ///< beyond the map
+  Free,
+  Unknown,     ///< inside the map, never seen
+  Occupied,    ///< an obstacle is nearer than the vehicle's radius
+  Unreachable  ///< free, but nothing leads there
+};
+[[nodiscard]] std::string_view toString(GoalState state);
+
+struct GoalReport
+{
+  GoalState state = GoalState::NotSeen;
+  Eigen::Vector3d nearest_L = Eigen::Vector3d::Zero();  ///< where the plan ends [m]
+  double short_m = 0.0;                                 ///< distance from there to the end of R
 };
 
 struct GlobalPlannerInput
@@ -48,7 +54,8 @@ struct GlobalPlannerInput
   std::shared_ptr<const RefinedReference> previous;         ///< warm start; null at first
   std::shared_ptr<const core::DistanceField> field;         ///< one map for the whole step
   core::VehicleState state;
-  double progress = 0.0;  ///< [s] parameter on R of the vehicle
+  double progress = 0.0;  ///< [s] parameter of the vehicle on `previous`; on R when there is none
+  double pace = 1.0;      ///< [1] how fast that parameter runs at present
   double altitude_offset =
       0.0;  ///< [m] local minus world altitude; altitude limits are the world's
   core::Deadline deadline = core::Deadline::none();
@@ -57,19 +64,22 @@ struct GlobalPlannerInput
 struct GlobalPlannerOutput
 {
   RefineOutcome outcome = RefineOutcome::NoField;
+  GoalReport goal;
   std::shared_ptr<const RefinedReference>
-      refined;  ///< never null: `previous`, or R itself, when nothing better is proved
+      refined;  ///< `previous` without a field, which may be null; never null otherwise
   core::RefinementRecord record;  ///< explains the outcome
 };
 
 /** One step of the global planner [Paper Algorithm 1, global part]: window of R ahead of the
- * vehicle -> occupied segments -> guide -> parallel convex decomposition -> pushing directions ->
- * gradients -> J by L-BFGS-B -> check.
+ * vehicle -> occupied segments -> guides -> parallel convex decomposition -> pushing directions ->
+ * gradients -> J -> certificate -> time law.
  *
- *  A pure function of its input (no warm start of its own). A refinement that is not verified clear
- * is never applied silently. The control points of the span under the vehicle are those of
- * `previous`, so position, velocity and acceleration are continuous where the vehicle is, unless it
- * starts a new plan where it stands (far from the old one, or at rest before a blockage).
+ *  A pure function of its input (no warm start of its own). A plan is committed only with a proof
+ * that its whole curve keeps the vehicle's radius from every known obstacle, and a time law that
+ * rests before anything that is not known to be free. Without one the previous plan stays, cut
+ * before what blocks it. The span under the vehicle keeps its control points, so position, velocity
+ * and acceleration are continuous there, unless the plan starts anew at the vehicle (far from the
+ * old one, or at rest before a blockage).
  *  @see docs/paper_map.md for each equation's home */
 class GlobalPlanner
 {

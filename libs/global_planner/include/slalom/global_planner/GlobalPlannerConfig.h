@@ -5,6 +5,21 @@
 
 namespace slalom::global_planner
 {
+/// What a committed plan makes of space that was never seen.
+enum class UnknownPolicy
+{
+  Avoid,  ///< the vehicle always can stop in known free space
+  Free    ///< unknown space is free until it is seen not to be
+};
+
+/// What to do when the end of R turns out to be occupied or cannot be reached.
+enum class GoalPolicy
+{
+  Approach,     ///< go as near as possible and hold: GOAL_BLOCKED
+  NearestFree,  ///< the same, but within goal_radius_m of the goal it counts as reached
+  Reject        ///< an occupied goal ends the mission where the vehicle is
+};
+
 /// Weights and limits of the refinement [Paper Eq. (1)-(8)]. INI section [global_planner].
 struct GlobalPlannerConfig
 {
@@ -20,6 +35,9 @@ struct GlobalPlannerConfig
   double min_altitude_m = 0.3, max_altitude_m = 50.0;  ///< [m] box constraint in z, world frame
   double restart_distance_m =
       1.0;                    ///< [m] farther from its plan than this the vehicle gets a new start
+  UnknownPolicy unknown = UnknownPolicy::Avoid;
+  GoalPolicy goal_policy = GoalPolicy::Approach;
+  double goal_radius_m = 1.0;  ///< [m] GoalPolicy::NearestFree
   int max_evaluations = 150;  ///< [1] L-BFGS evaluations per attempt
   int max_attempts = 3;       ///< [1] restarts with a doubled lambda_obs
   int threads = 1;            ///< [1] for the parallel decomposition
@@ -58,6 +76,16 @@ struct GlobalPlannerConfig
       "highest altitude of the reference");
     v("restart_distance_m", c.restart_distance_m, Range{0.1, 100.0},
       "farther from its plan than this, the plan starts anew at the vehicle");
+    v("unknown", c.unknown,
+      core::Names<UnknownPolicy>{{"avoid", UnknownPolicy::Avoid}, {"free", UnknownPolicy::Free}},
+      "avoid: always able to stop in space that was seen free; free: only seen obstacles count");
+    v("goal_policy", c.goal_policy,
+      core::Names<GoalPolicy>{{"approach_and_hold", GoalPolicy::Approach},
+                              {"nearest_free", GoalPolicy::NearestFree},
+                              {"reject", GoalPolicy::Reject}},
+      "what to do when the goal is occupied or cannot be reached");
+    v("goal_radius_m", c.goal_radius_m, Range{0.0, 100.0},
+      "nearest_free: within this of the goal the nearest free point counts as reached");
     v("max_evaluations", c.max_evaluations, Range{1, 10000}, "cost evaluations of J per attempt",
       Level::Expert);
     v("max_attempts", c.max_attempts, Range{1, 10}, "attempts with doubled obstacle weight",

@@ -25,16 +25,32 @@ struct PushingPath
   core::SolveReport solve;
 };
 
+/// Ways around, and why there is none.
+struct GuideSearch
+{
+  std::vector<Eigen::Matrix3Xd> guides;  ///< topologically distinct, the cheapest first [m]
+  std::string reason;                    ///< when there is none
+  bool unreachable = false;              ///< the goal is free, but cut off
+  Eigen::Vector3d nearest_L;             ///< reachable point nearest to the goal
+};
+
+/** Searches up to `count` topologically distinct ways from start to goal, optimistic field, first
+ * near both and then in the whole map.
+ *  @param hard_clearance smallest distance to obstacles that is ever accepted [m] */
+[[nodiscard]] GuideSearch searchGuides(const core::DistanceField& field,
+                                       const Eigen::Vector3d& start_L,
+                                       const Eigen::Vector3d& goal_L, double hard_clearance,
+                                       int count, const GlobalPlannerConfig& config);
+
 /** FindPushingDirections [Paper Algorithm 1, lines 4-6; Eq. (2) in its convex form, deviation
- * D-02]: a guide around the obstacle between the free ends, the parallel convex decomposition along
- * it, and the taut evenly spaced path inside. When the program is infeasible the points are
- * projected onto their polyhedra one by one (dead-zone recovery, Eq. (5)).
- *  @param start_L, goal_L free ends of the occupied segment
+ * D-02]: the parallel convex decomposition along a guide and the taut evenly spaced path inside.
+ * When the program is infeasible the points are projected onto their polyhedra one by one
+ * (dead-zone recovery, Eq. (5)).
+ *  @param guide from free end to free end of an occupied segment, >= 2 columns
  *  @param points number of points of S_*, >= 2
  *  @param hard_clearance smallest distance to obstacles that is ever accepted [m] */
-[[nodiscard]] PushingPath findPushingPath(const core::DistanceField& field,
-                                          const Eigen::Vector3d& start_L,
-                                          const Eigen::Vector3d& goal_L, Eigen::Index points,
-                                          double hard_clearance, const GlobalPlannerConfig& config);
+[[nodiscard]] PushingPath pushAlong(const core::DistanceField& field, const Eigen::Matrix3Xd& guide,
+                                    Eigen::Index points, double hard_clearance,
+                                    const GlobalPlannerConfig& config);
 
 }  // namespace slalom::global_planner

@@ -13,6 +13,7 @@
 #include "slalom/core/Vehicle.h"
 #include "slalom/core/VehicleState.h"
 #include "slalom/local_planner/LocalPlannerConfig.h"
+#include "slalom/spline/TimeLaw.h"
 #include "slalom/spline/UniformBSpline.h"
 
 namespace slalom::local_planner
@@ -34,8 +35,8 @@ struct LocalPlannerInput
   std::shared_ptr<const spline::UniformBSpline>
       reference;          ///< refined reference, local frame; null: brake
   double progress = 0.0;  ///< [s] parameter on the reference at state.t
-  double rate = 1.0;      ///< [1] how fast the parameter runs, <= 1 where limits ask for it
-  double stop_at = 0.0;   ///< [s] parameter at which the reference rests
+  std::shared_ptr<const spline::TimeLaw>
+      law;  ///< how fast the parameter runs, and where it rests; goes with `reference`
   core::VelocityCommand last_command;
   core::Deadline deadline = core::Deadline::none();
 };

@@ -33,6 +33,9 @@ struct PlanningMetrics
 {
   std::uint64_t replans = 0;  ///< cycles with a global step
   std::uint64_t refined_ok = 0, refined_failed = 0, recoveries = 0;
+  std::uint64_t certified = 0;  ///< plans proved clear over their whole length
+  std::uint64_t rescues = 0;    ///< plans that must brake harder than planned to rest in time
+  double time_without_verified_stop_s = 0.0;
   std::uint64_t shifted = 0, backup = 0, brake = 0;  ///< cycles commanded by a fallback
 };
 

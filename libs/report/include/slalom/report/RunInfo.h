@@ -56,8 +56,6 @@ struct RunSummary
   InputSummary input;
   std::optional<double> goal_error_m;  ///< from the truth; absent: of the last cycle's estimate
   std::optional<double> min_true_clearance_m;  ///< from the world's geometry; absent in replay
-  std::optional<std::uint64_t> certified, rescues;
-  std::optional<double> time_without_verified_stop_s;
   std::optional<double> realtime_factor;
 };
 

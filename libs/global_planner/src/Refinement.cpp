@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Refinement.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "slalom/global_planner/GradientVectors.h"
+#include "slalom/global_planner/PushingDirections.h"
+#include "slalom/optim/BoxMinimizer.h"
+
+namespace slalom::global_planner
+{
+namespace
+{
+using core::UnknownAs;
+using spline::UniformBSpline;
+
+constexpr double kMergeGap_s = 0.6;
+constexpr double kTurnOff_m = 1.0;  // room before and behind an obstacle to turn off and back
+constexpr double kFitAround_s = 1.0;
+
+double polylineLength(const Eigen::Matrix3Xd& line)
+{
+  if (line.cols() < 2) return 0.0;
+  return (line.rightCols(line.cols() - 1) - line.leftCols(line.cols() - 1)).colwise().norm().sum();
+}
+
+/// Point at a share of a polyline's columns, in [0, 1].
+Eigen::Vector3d pointAt(const Eigen::Matrix3Xd& line, double share)
+{
+  const double at = share * static_cast<double>(line.cols() - 1);
+  const auto k = std::min<Eigen::Index>(static_cast<Eigen::Index>(at), line.cols() - 2);
+  const double u = at - static_cast<double>(k);
+  return (1.0 - u) * line.col(k) + u * line.col(k + 1);
+}
+
+/// Control points that lead along S_*, which direction each is pushed in, and what they stand for.
+struct PushedColumns
+{
+  Eigen::Matrix3Xd points;
+  Eigen::VectorXd along;
+  std::vector<std::optional<Eigen::Vector3d>> targets;
+};
+
+class Work
+{
+ public:
+  Work(const StepContext& context, Draft draft) : c_(context) { result_.draft = std::move(draft); }
+
+  Refinement run(std::vector<Bypass> bypasses, std::vector<Eigen::Matrix3Xd> guides);
+
+ private:
+  bool push(const std::vector<Bypass>& bypasses, const std::vector<Eigen::Matrix3Xd>& guides);
+  void lead(const Bypass& bypass, const PushingPath& path);
+  [[nodiscard]] Eigen::Matrix3Xd before(const Bypass& bypass, Eigen::Index count) const;
+  void keepClear();
+  void minimise(double gain);
+  [[nodiscard]] Eigen::VectorXd fitWeights() const;
+  bool findGuides(const std::vector<Bypass>& bypasses, std::vector<Eigen::Matrix3Xd>& guides);
+  [[nodiscard]] double travelCost(const UniformBSpline& curve) const;
+
+  const StepContext& c_;
+  Refinement result_;
+  std::vector<Push> pushes_;  // anchors belong to the points they were made for: anew each attempt
+};
+
+/// Replaces the bypassed columns by as many as S_* is long, at the pace of full speed, but not fewer
+/// than R has there.
+void Work::lead(const Bypass& bypass, const PushingPath& path)
+{
+  Draft& draft = result_.draft;
+  const double spacing = c_.vehicle.max_speed_mps * draft.knot_span;
+  const double stands_from = draft.along[bypass.first - 1], stands_to = draft.along[bypass.last];
+  const double on_r = (stands_to - stands_from) / draft.knot_span - 1.0;
+  const double on_path = std::ceil(polylineLength(path.path) / spacing) - 1.0;
+  const auto count = static_cast<Eigen::Index>(std::max({1.0, on_path, std::round(on_r)}));
+
+  const Eigen::Matrix3Xd old = before(bypass, count);
+  Eigen::Matrix3Xd points(3, count);
+  Eigen::VectorXd along(count);
+  for (Eigen::Index j = 0; j < count; ++j)
+  {
+    const double share = static_cast<double>(j + 1) / static_cast<double>(count + 1);
+    points.col(j) = pointAt(path.path, share);
+    along[j] = stands_from + share * (stands_to - stands_from);
+    const Eigen::Vector3d target =
+        crossing(old.col(j), old.col(j + 1), old.col(j + 2), path.path).value_or(points.col(j));
+    const Eigen::Vector3d pull = target - old.col(j + 1);
+    if (pull.norm() < 1e-5) continue;
+    // S_* already keeps D_z where the gap permits, so the pull ends on it: its anchor lies D_z
+    // behind (D-05).
+    const Eigen::Vector3d direction = pull.normalized();
+    pushes_.push_back(
+        {bypass.first + j, target - c_.config.clearance_m * direction, direction});
+    result_.record.directions.push_back({old.col(j + 1), target});
+  }
+  draft.replace(bypass.first, bypass.last, points, along);
+}
+
+/// Where `count` evenly spread control points, and one neighbour on each side, were before.
+Eigen::Matrix3Xd Work::before(const Bypass& bypass, Eigen::Index count) const
+{
+  const Draft& draft = result_.draft;
+  const Eigen::Matrix3Xd old =
+      draft.points.middleCols(bypass.first - 1, bypass.last - bypass.first + 2);
+  Eigen::Matrix3Xd even(3, count + 2);
+  for (Eigen::Index j = 0; j < count + 2; ++j)
+    even.col(j) = pointAt(old, static_cast<double>(j) / static_cast<double>(count + 1));
+  return even;
+}
+
+bool Work::push(const std::vector<Bypass>& bypasses, const std::vector<Eigen::Matrix3Xd>& guides)
+{
+  core::RefinementRecord& record = result_.record;
+  record = {};  // explains the last push, not the sum of all attempts
+  pushes_.clear();
+  // From the last to the first: the columns of those before stay where they are.
+  for (std::size_t k = bypasses.size(); k-- > 0;)
+  {
+    const Bypass& bypass = bypasses[k];
+    record.occupied_segments.push_back(
+        result_.draft.points.middleCols(bypass.first - 1, bypass.last - bypass.first + 2));
+    record.guides.push_back(guides[k]);
+    const double spacing = c_.vehicle.max_speed_mps * result_.draft.knot_span;
+    const auto count = static_cast<Eigen::Index>(
+        std::clamp(std::ceil(polylineLength(guides[k]) / spacing) + 2.0, 5.0, 80.0));
+    const PushingPath path = pushAlong(c_.field, guides[k], count, c_.hard, c_.config);
+    if (!path.found)
+    {
+      result_.failure = path.reason;
+      return false;
+    }
+    result_.recovered = result_.recovered || path.recovered;
+    record.pushing_paths.push_back(path.path);
+    record.polyhedra.insert(record.polyhedra.end(), path.polyhedra.begin(), path.polyhedra.end());
+    const Eigen::Index columns = result_.draft.points.cols();
+    const std::size_t already = pushes_.size();
+    lead(bypass, path);
+    const Eigen::Index shift = result_.draft.points.cols() - columns;
+    for (std::size_t i = 0; i < already; ++i) pushes_[i].point += shift;
+  }
+  return true;
+}
+
+void Work::keepClear()
+{
+  const Draft& draft = result_.draft;
+  for (Eigen::Index i = draft.firstFree(); i <= draft.lastFree(); ++i)
+  {
+    const Eigen::Vector3d p = draft.points.col(i);
+    const auto here = c_.field.sample(p, UnknownAs::Free);
+    if (!here || here->distance >= 1.5 * c_.config.clearance_m) continue;
+    const double steepness = here->gradient.norm();
+    if (steepness < 0.2) continue;  // on a ridge between two obstacles there is no side to prefer
+    const Eigen::Vector3d normal = here->gradient / steepness;
+    pushes_.push_back({i, p - here->distance * normal, normal});
+  }
+}
+
+/// Where R itself is too near to obstacles, leaving it is the purpose: no pull back there, nor
+/// around.
+Eigen::VectorXd Work::fitWeights() const
+{
+  const Draft& draft = result_.draft;
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(draft.points.cols());
+  for (const OccupiedSegment& s : c_.reference_occupied)
+    for (Eigen::Index i = 0; i < weights.size(); ++i)
+      if (draft.along[i] > s.from - kFitAround_s && draft.along[i] < s.to + kFitAround_s)
+        weights[i] = 0.0;
+  if (!draft.ends_on_reference) weights.tail(kFixedAtEnd).setZero();
+  return weights;
+}
+
+void Work::minimise(double gain)
+{
+  Draft& draft = result_.draft;
+  if (!draft.hasFreePoints()) return;
+  RefinementCost::Problem problem;
+  problem.points = draft.points;
+  problem.reference = referencePoints(c_.r, draft.along);
+  problem.fit_weight = fitWeights();
+  problem.first_free = draft.firstFree();
+  problem.last_free = draft.lastFree();
+  problem.knot_span = draft.knot_span;
+  problem.pushes = pushes_;
+  problem.obstacle_gain = gain;
+
+  const GlobalPlannerConfig& config = c_.config;
+  const Eigen::Index free = problem.last_free - problem.first_free + 1;
+  const Eigen::Matrix3Xd reference = problem.reference.middleCols(problem.first_free, free);
+  const Eigen::Matrix3Xd now = draft.points.middleCols(problem.first_free, free);
+  Eigen::Matrix3Xd lower = reference.array() - config.max_offset_m;
+  Eigen::Matrix3Xd upper = reference.array() + config.max_offset_m;
+  lower.row(2) = (reference.row(2).array() - config.max_climb_m).max(config.min_altitude_m);
+  upper.row(2) = (reference.row(2).array() + config.max_climb_m).min(config.max_altitude_m);
+  // A vehicle that comes from outside of the box is led back into it, not torn.
+  lower = lower.cwiseMin(now);
+  upper = upper.cwiseMax(now);
+
+  RefinementCost cost(std::move(problem), config, c_.vehicle);
+  optim::BoxMinimizerConfig solver;
+  solver.method = config.optimizer;
+  solver.max_evaluations = config.max_evaluations;
+  const optim::BoxMinimum minimum = optim::minimizeInBox(cost, cost.start(), lower.reshaped(),
+                                                         upper.reshaped(), solver, c_.deadline);
+  result_.record.solve = minimum.report;
+  draft.points = cost.points(minimum.x);
+}
+
+bool Work::findGuides(const std::vector<Bypass>& bypasses, std::vector<Eigen::Matrix3Xd>& guides)
+{
+  guides.clear();
+  for (const Bypass& bypass : bypasses)
+  {
+    const GuideSearch search =
+        searchGuides(c_.field, bypass.from_L, bypass.to_L, c_.hard, 1, c_.config);
+    if (search.guides.empty())
+    {
+      result_.failure = search.reason;
+      return false;
+    }
+    guides.push_back(search.guides.front());
+  }
+  return true;
+}
+
+/// Length of the curve ahead, every metre dearer by how much it is nearer than D_z: the guide's
+/// measure.
+double Work::travelCost(const UniformBSpline& curve) const
+{
+  const double from = c_.progress, to = curve.end();
+  const auto count = static_cast<Eigen::Index>(std::ceil((to - from) / (0.5 * curve.knotSpan())));
+  if (count < 1) return 0.0;
+  const Eigen::Matrix3Xd line = curve.sample(from, to, count + 1);
+  const double tight = c_.config.clearance_m - c_.vehicle.radius_m;
+  double cost = 0.0;
+  for (Eigen::Index k = 0; k < count; ++k)
+  {
+    const double missing =
+        c_.config.clearance_m - optimisticDistance(c_.field, line.col(k + 1));
+    cost += (line.col(k + 1) - line.col(k)).norm() *
+            (1.0 + c_.config.guide_proximity_weight * std::max(0.0, missing) / tight);
+  }
+  return cost;
+}
+
+Refinement Work::run(std::vector<Bypass> bypasses, std::vector<Eigen::Matrix3Xd> guides)
+{
+  // Accepted is what is proved at the vehicle's radius; tried for is half a voxel more, since the
+  // next map will differ.
+  const double comfortable = 0.5 * c_.field.resolution();
+  std::optional<Refinement> accepted;
+  double gain = 1.0;
+  for (int attempt = 0; attempt < c_.config.max_attempts; ++attempt, gain *= 2.0)
+  {
+    if (attempt > 0)
+    {
+      bypasses = bypassesOf(result_.draft, c_);
+      if (!findGuides(bypasses, guides)) break;
+    }
+    if (!push(bypasses, guides)) break;
+    keepClear();
+    minimise(gain);
+    const UniformBSpline curve = result_.draft.curve();
+    result_.certificate = certify(curve, std::min(c_.progress, curve.end()), curve.end(), c_.field,
+                                  UnknownAs::Free, c_.vehicle.radius_m);
+    result_.failure = "not clear after optimisation";
+    if (!result_.certificate.holds(curve.end())) continue;
+    if (!accepted || result_.certificate.margin_m > accepted->certificate.margin_m)
+    {
+      accepted = result_;
+      accepted->accepted = true;
+      accepted->failure.clear();
+      accepted->travel_cost = travelCost(curve);
+    }
+    if (result_.certificate.margin_m >= comfortable) break;
+  }
+  return accepted ? std::move(*accepted) : std::move(result_);
+}
+
+}  // namespace
+
+std::vector<Bypass> bypassesOf(const Draft& draft, const StepContext& context)
+{
+  const UniformBSpline curve = draft.curve();
+  const double from = std::max(draft.influence(draft.fixed - 1), context.progress);
+  std::vector<Bypass> bypasses;
+  const auto columnAfter = [&](double t)
+  { return static_cast<Eigen::Index>(std::ceil((t - draft.start) / draft.knot_span + 1.0)); };
+  for (const OccupiedSegment& s : findOccupiedSegments(curve, from, curve.end(), context.field,
+                                                       context.hard, kMergeGap_s))
+  {
+    // As far before and behind as it takes to turn off, while the curve stays free.
+    const auto widened = [&](double t, double step)
+    {
+      const Eigen::Vector3d edge = curve.position(t);
+      for (;;)
+      {
+        const double next = t + step;
+        if (next < from || next > curve.end() ||
+            (curve.position(next) - edge).norm() > kTurnOff_m ||
+            optimisticDistance(context.field, curve.position(next)) < context.hard)
+          return t;
+        t = next;
+      }
+    };
+    Bypass bypass;
+    bypass.first =
+        std::clamp(columnAfter(widened(s.from, -draft.knot_span)), draft.fixed, draft.lastFree());
+    bypass.last = std::clamp(columnAfter(widened(s.to, draft.knot_span)), bypass.first + 1,
+                             draft.lastFree() + 1);
+    if (!bypasses.empty() && bypass.first <= bypasses.back().last + 1)
+      bypasses.back().last = std::max(bypasses.back().last, bypass.last);
+    else if (draft.hasFreePoints())
+      bypasses.push_back(bypass);
+  }
+  for (Bypass& bypass : bypasses)
+  {
+    bypass.from_L = curve.position(draft.influence(bypass.first - 1));
+    bypass.to_L = curve.position(draft.influence(bypass.last));
+  }
+  return bypasses;
+}
+
+Bypass joinOf(const Draft& draft)
+{
+  return {draft.fixed, draft.fixed, draft.points.col(draft.fixed - 1),
+          draft.points.col(draft.fixed)};
+}
+
+Refinement refine(const StepContext& context, Draft draft, const std::vector<Bypass>& bypasses,
+                  const std::vector<Eigen::Matrix3Xd>& guides)
+{
+  return Work(context, std::move(draft)).run(bypasses, guides);
+}
+
+}  // namespace slalom::global_planner
