@@ -10,9 +10,8 @@ namespace slalom::spline::detail
 /** The fastest passage along a path, at rest at both ends, whose velocity and acceleration keep
  * per-axis limits.
  *
- *  With x = (dq/dt)^2 and w = d2q/dt2 every limit is linear: |p' w + p'' x| <= a, |p'|^2 x <= v^2.
- * A backward pass finds the largest x from which the end can be reached, a forward pass then takes
- * the largest w (reachability analysis; Pham and Pham 2018). w is constant between grid points. */
+ *  With x = (dq/dt)^2 and w = d2q/dt2 every limit is linear: |p' w + p'' x| <= a, |p'|^2 x <= v^2;
+ * see Reachability.h. w is constant between grid points. */
 class SpeedProfile
 {
  public:
@@ -32,12 +31,8 @@ class SpeedProfile
     double t = 0.0;
   };
   void makeGrid();
-  void passBackward(double max_speed, double max_acceleration);
-  void passForward(double max_acceleration);
-  void makeTimes();
 
   const std::vector<PathPiece>& pieces_;
-  std::vector<Node> nodes_;        ///< the last one only closes the last interval
-  std::vector<double> reachable_;  ///< largest x per node from which the end can be reached
+  std::vector<Node> nodes_;  ///< the last one only closes the last interval
 };
 }  // namespace slalom::spline::detail
