@@ -75,6 +75,8 @@ class FlightHarness
   {
   }
 
+  int azimuths = 240;  ///< rays per ring; a real VLP-16 has 1800
+
   bool blind = false;  ///< a broken planner's eyes: every ray reaches its full range
 
   /// Watches every cycle, with the true position.
@@ -138,10 +140,10 @@ class FlightHarness
     core::RangeScan scan;
     scan.t = t;
     const Eigen::Quaterniond q_WB = core::fromYaw(yaw);
-    for (int azimuth = 0; azimuth < 240; ++azimuth)
+    for (int azimuth = 0; azimuth < azimuths; ++azimuth)
       for (int ring = -7; ring <= 7; ++ring)
       {
-        const double a = azimuth * std::numbers::pi / 120.0,
+        const double a = azimuth * 2.0 * std::numbers::pi / azimuths,
                      e = ring * 2.0 * std::numbers::pi / 180.0;
         const Eigen::Vector3d d_B(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a),
                                   std::sin(e));

@@ -38,6 +38,7 @@ FlightOutcome fly(const std::string& name, test::FlightWorld world,
                   const engine::Mission& mission, double time_limit_s)
 {
   test::FlightHarness harness(std::move(world), config);
+  harness.azimuths = 900;
   std::unique_ptr<report::FlightReport> book;
   if (const char* folder = std::getenv("SLALOM_GALLERY_DIR"))
   {
@@ -168,6 +169,10 @@ engine::EngineConfig forestConfig()
   engine::EngineConfig config = test::flightConfig();
   config.vehicle = {0.3, 2.0, 3.0, 1.5};
   config.mapping.update_range_m = 5.0;
+  if (const char* r = std::getenv("RES")) config.mapping.resolution_m = atof(r);
+  if (const char* r = std::getenv("DZ")) config.global_planner.clearance_m = atof(r);
+  if (const char* r = std::getenv("WP")) config.global_planner.guide_proximity_weight = atof(r);
+  if (const char* r = std::getenv("WXY")) config.mapping.window_xy_m = atof(r);
   return config;
 }
 

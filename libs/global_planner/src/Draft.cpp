@@ -50,12 +50,12 @@ void Draft::replace(Eigen::Index first, Eigen::Index last, const Eigen::Matrix3X
   along = std::move(stands);
 }
 
-void Draft::restAt(const Eigen::Vector3d& rest_L)
+void Draft::restAt(const Eigen::Vector3d& rest_L, PlanEnd why)
 {
   const double last = along.size() > 0 ? along[along.size() - 1] : 0.0;
   replace(points.cols(), points.cols(), rest_L.replicate(1, kFixedAtEnd),
           Eigen::VectorXd::Constant(kFixedAtEnd, last));
-  ends_on_reference = false;
+  end = why;
 }
 
 Draft draftOfReference(const UniformBSpline& r, double progress, const ReferenceWindow& window)
@@ -81,13 +81,13 @@ Draft draftOfPlan(const RefinedReference& plan, double progress, const UniformBS
   draft.points = curve.controlPoints().rightCols(curve.size() - first);
   draft.along = plan.along.tail(plan.along.size() - first);
   draft.fixed = span - first + 4;
-  draft.ends_on_reference = plan.ends_on_reference;
-  if (!draft.ends_on_reference) return draft;
+  draft.end = plan.end;
+  if (draft.end != PlanEnd::OnReference) return draft;
 
   // The end of the window may have moved on, or back before something newly seen.
-  const double end = standsFor(r, window.lastPoint() - 2) - 0.5 * r.knotSpan();
+  const double window_end = standsFor(r, window.lastPoint() - 2) - 0.5 * r.knotSpan();
   Eigen::Index kept = draft.points.cols();
-  while (kept > draft.fixed && draft.along[kept - 1] >= end) --kept;
+  while (kept > draft.fixed && draft.along[kept - 1] >= window_end) --kept;
   draft.points.conservativeResize(Eigen::NoChange, kept);
   draft.along.conservativeResize(kept);
   const double next = (draft.along[kept - 1] - r.start()) / r.knotSpan() + 1.0;
@@ -102,7 +102,7 @@ Draft draftBackToReference(const Draft& begin, const UniformBSpline& r, Eigen::I
   Draft draft = begin;
   draft.points = begin.points.leftCols(begin.fixed);
   draft.along = begin.along.head(begin.fixed);
-  draft.ends_on_reference = true;
+  draft.end = PlanEnd::OnReference;
   appendReference(draft, r, join, window.lastPoint());
   return draft;
 }

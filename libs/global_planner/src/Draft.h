@@ -21,7 +21,7 @@ struct Draft
   double start = 0.0;        ///< [s] parameter of the first knot
   double knot_span = 0.2;    ///< [s]
   Eigen::Index fixed = 4;    ///< leading columns
-  bool ends_on_reference = true;
+  PlanEnd end = PlanEnd::OnReference;
 
   [[nodiscard]] Eigen::Index firstFree() const { return fixed; }
   [[nodiscard]] Eigen::Index lastFree() const { return points.cols() - 1 - kFixedAtEnd; }
@@ -36,8 +36,8 @@ struct Draft
   /// Replaces columns [first, last) by others.
   void replace(Eigen::Index first, Eigen::Index last, const Eigen::Matrix3Xd& points_L,
                const Eigen::VectorXd& stand_for);
-  /// Cuts behind `column` and rests there: three equal control points at `rest_L`.
-  void restAt(const Eigen::Vector3d& rest_L);
+  /// Appends a rest: three equal control points.
+  void restAt(const Eigen::Vector3d& rest_L, PlanEnd why);
 };
 
 /// R itself from the vehicle's progress to the end of the window.

@@ -24,11 +24,20 @@ constexpr double kKeep = 0.9;          // another plan must be cheaper than this
 constexpr int kChallengeEvery = 5;     // plans
 constexpr double kAwayFromR_m = 0.15;  // a plan nearer to R than this needs no challenge
 constexpr double kStanding_mps = 0.15;
+constexpr double kAltitudeAhead_s = 15.0;
 
-GlobalPlannerConfig inLocalFrame(GlobalPlannerConfig config, double altitude_offset)
+/// Altitude limits in the local frame, and not farther from those of R ahead than it may leave them.
+GlobalPlannerConfig inLocalFrame(GlobalPlannerConfig config, const GlobalPlannerInput& input)
 {
-  config.min_altitude_m += altitude_offset;
-  config.max_altitude_m += altitude_offset;
+  const UniformBSpline& r = *input.reference;
+  const double at = input.previous ? input.previous->referenceTime(input.progress) : input.progress;
+  const Eigen::Index first = r.spanAt(at);
+  const Eigen::Index last = std::min(r.size() - 1, r.spanAt(at + kAltitudeAhead_s) + 3);
+  const auto z = r.controlPoints().row(2).segment(first, last - first + 1);
+  config.min_altitude_m = std::max(config.min_altitude_m + input.altitude_offset,
+                                   z.minCoeff() - config.max_climb_m);
+  config.max_altitude_m = std::min(config.max_altitude_m + input.altitude_offset,
+                                   z.maxCoeff() + config.max_climb_m);
   return config;
 }
 
@@ -42,15 +51,25 @@ class PlanStep
   GlobalPlannerOutput run();
 
  private:
+  /// What came of leading one draft around everything.
   struct Attempt
   {
     std::optional<Refinement> best;
-    std::string failure;
-    Draft draft;                        ///< what could not be led around ...
-    std::optional<Bypass> blocked;      ///< ... here
-    Eigen::Vector3d nearest_L;          ///< nearest that could be reached
-    bool unreachable = false;
-    bool had_bypasses = false;
+    std::string reason;             ///< one line: what was done, or why nothing came of it
+    Draft draft;                    ///< as it was before
+    std::optional<Bypass> blocked;  ///< no way around here ...
+    bool unreachable = false;       ///< ... since its end is cut off
+    Eigen::Vector3d nearest_L = Eigen::Vector3d::Zero();  ///< reachable point nearest to that end
+    bool led_around = false;
+    core::RefinementRecord failed;  ///< explains the last way that was not accepted
+
+    static Attempt none(std::string reason, Draft draft)
+    {
+      Attempt attempt;
+      attempt.reason = std::move(reason);
+      attempt.draft = std::move(draft);
+      return attempt;
+    }
   };
 
   [[nodiscard]] bool mustRestart() const;
@@ -60,10 +79,12 @@ class PlanStep
   [[nodiscard]] Attempt attempt(Draft draft, std::vector<Bypass> bypasses) const;
   [[nodiscard]] Attempt followPlan() const;
   [[nodiscard]] Attempt returnToReference(const Draft& from) const;
-  [[nodiscard]] Attempt approachGoal(const Attempt& failed) const;
+  [[nodiscard]] Attempt approach(const Attempt& failed, PlanEnd end) const;
   void classifyGoal();
-  [[nodiscard]] GlobalPlannerOutput commit(const Refinement& plan, RefineOutcome outcome);
-  [[nodiscard]] GlobalPlannerOutput keep(const Attempt& failed, RefineOutcome outcome);
+  [[nodiscard]] GlobalPlannerOutput commit(const Attempt& attempt, RefineOutcome outcome);
+  [[nodiscard]] GlobalPlannerOutput keep(Attempt failed, RefineOutcome outcome);
+  [[nodiscard]] std::vector<double> tightSpeeds(const UniformBSpline& curve, double from,
+                                                double pace) const;
   [[nodiscard]] RefinedReference promise(const UniformBSpline& curve, Eigen::VectorXd along,
                                          double clear_until) const;
 
@@ -82,7 +103,7 @@ class PlanStep
 PlanStep::PlanStep(const GlobalPlannerConfig& config, const core::Vehicle& vehicle,
                    const GlobalPlannerInput& input)
     : in_(input),
-      config_(inLocalFrame(config, input.altitude_offset)),
+      config_(inLocalFrame(config, input)),
       vehicle_(vehicle),
       field_(*input.field),
       r_(*input.reference),
@@ -93,7 +114,7 @@ PlanStep::PlanStep(const GlobalPlannerConfig& config, const core::Vehicle& vehic
       // Surfaces are known to half a voxel's edge, corners of voxels reach a little farther.
       context_{config_, vehicle, field_, r_, {}, {}, input.progress, 0.0, input.deadline}
 {
-  context_.hard = vehicle.radius_m + 0.4 * field_.resolution();
+  context_.hard = vehicle.radius_m + config_.margin_m + 0.2 * field_.resolution();
   restart_ = mustRestart();
   if (restart_) rho_ = joinTime();
   context_.window = chooseWindow(r_, rho_, config_.horizon_m, field_, 1.05 * context_.hard);
@@ -110,8 +131,8 @@ bool PlanStep::mustRestart() const
   if ((in_.state.p_L - curve.position(in_.progress)).norm() > config_.restart_distance_m)
     return true;
   if (!previous_ || in_.state.v_W.norm() > kStanding_mps) return false;
-  const bool before_end = previous_->stop_at < curve.end() ||
-                          (previous_->ends_on_reference &&
+  const bool before_end = previous_->stop_at < curve.end() || previous_->end == PlanEnd::Braking ||
+                          (previous_->end == PlanEnd::OnReference &&
                            previous_->referenceTime(curve.end()) < r_.end() - r_.knotSpan());
   return before_end && previous_->stop_at - in_.progress < 2.0 * r_.knotSpan();
 }
@@ -154,19 +175,19 @@ void PlanStep::classifyGoal()
 PlanStep::Attempt PlanStep::attempt(Draft draft, std::vector<Bypass> bypasses) const
 {
   Attempt result;
-  result.had_bypasses = !bypasses.empty();
+  result.draft = std::move(draft);
+  result.led_around = !bypasses.empty();
   std::vector<std::vector<Eigen::Matrix3Xd>> ways;
-  for (std::size_t k = 0; k < bypasses.size(); ++k)
+  for (const Bypass& bypass : bypasses)
   {
-    GuideSearch search = searchGuides(field_, bypasses[k].from_L, bypasses[k].to_L, context_.hard,
-                                      k == 0 ? kGuides : 1, config_);
+    GuideSearch search = searchGuides(field_, bypass.from_L, bypass.to_L, context_.hard,
+                                      ways.empty() ? kGuides : 1, config_);
     if (search.guides.empty())
     {
-      result.failure = search.reason;
+      result.reason = search.reason;
       result.unreachable = search.unreachable;
-      result.blocked = bypasses[k];
+      result.blocked = bypass;
       result.nearest_L = search.nearest_L;
-      result.draft = std::move(draft);
       return result;
     }
     ways.push_back(std::move(search.guides));
@@ -177,16 +198,20 @@ PlanStep::Attempt PlanStep::attempt(Draft draft, std::vector<Bypass> bypasses) c
   for (std::size_t k = 0; k < alternatives; ++k)
   {
     if (!ways.empty()) guides.front() = ways.front()[k];
-    Refinement refinement = refine(context_, draft, bypasses, guides);
+    Refinement refinement = refine(context_, result.draft, bypasses, guides);
     if (!refinement.accepted)
     {
-      if (result.failure.empty()) result.failure = refinement.failure;
+      if (!result.best) result.reason = refinement.failure;
+      result.failed = std::move(refinement.record);
       continue;
     }
-    if (!result.best || refinement.travel_cost < result.best->travel_cost)
-      result.best = std::move(refinement);
+    if (result.best && refinement.travel_cost >= result.best->travel_cost) continue;
+    result.best = std::move(refinement);
+    result.reason = ways.empty() ? "nothing in the way"
+                                 : "way " + std::to_string(k + 1) + " of " +
+                                       std::to_string(alternatives) + " around " +
+                                       std::to_string(bypasses.size()) + " stretch(es)";
   }
-  result.draft = std::move(draft);
   return result;
 }
 
@@ -214,7 +239,7 @@ PlanStep::Attempt PlanStep::returnToReference(const Draft& from) const
   while (join < last && !free(join)) ++join;
   Draft draft = draftBackToReference(from, r_, join, context_.window);
   if (!draft.hasFreePoints() && draft.points.cols() < draft.fixed + kFixedAtEnd)
-    return {.failure = "window too short"};
+    return Attempt::none("no room to come back to R", std::move(draft));
 
   Bypass gap = joinOf(draft);
   std::vector<Bypass> bypasses = bypassesOf(draft, context_);
@@ -230,8 +255,8 @@ PlanStep::Attempt PlanStep::returnToReference(const Draft& from) const
   return attempt(std::move(draft), std::move(bypasses));
 }
 
-/// To the reachable point nearest to the goal, and rest there.
-PlanStep::Attempt PlanStep::approachGoal(const Attempt& failed) const
+/// To the reachable point nearest to what cannot be reached, and rest there.
+PlanStep::Attempt PlanStep::approach(const Attempt& failed, PlanEnd end) const
 {
   Draft draft = failed.draft;
   Bypass way = failed.blocked ? *failed.blocked : Bypass{};
@@ -245,9 +270,9 @@ PlanStep::Attempt PlanStep::approachGoal(const Attempt& failed) const
     way.first = draft.points.cols();
   }
   if ((rest - way.from_L).norm() < field_.resolution() || way.first < draft.fixed)
-    return {.failure = "as near as it can be", .draft = std::move(draft)};
+    return Attempt::none("as near as it can be", std::move(draft));
   draft.replace(way.first, draft.points.cols(), Eigen::Matrix3Xd(3, 0), Eigen::VectorXd());
-  draft.restAt(rest);
+  draft.restAt(rest, end);
   way.last = way.first;
   way.to_L = rest;
   std::vector<Bypass> bypasses = bypassesOf(draft, context_);
@@ -260,11 +285,37 @@ PlanStep::Attempt PlanStep::approachGoal(const Attempt& failed) const
 bool PlanStep::isChallenged(const Refinement& plan) const
 {
   if (!previous_) return false;
-  if (!plan.draft.ends_on_reference && !context_.window.goal_blocked) return true;
+  if (plan.draft.end == PlanEnd::Braking || plan.draft.end == PlanEnd::NearReference) return true;
+  if (plan.draft.end == PlanEnd::NearGoal && !context_.window.goal_blocked) return true;
   if (previous_->sequence % kChallengeEvery != 0) return false;
   const Eigen::Matrix3Xd off =
       plan.draft.points - referencePoints(r_, plan.draft.along);
   return off.rightCols(off.cols() - plan.draft.fixed).colwise().norm().maxCoeff() > kAwayFromR_m;
+}
+
+/** Per span of the curve how fast it may be flown in view of what is left to the sides, since
+ * tracking errors grow with speed. A vehicle that comes too fast brakes within its limits. */
+std::vector<double> PlanStep::tightSpeeds(const UniformBSpline& curve, double from,
+                                          double pace) const
+{
+  constexpr int kSamples = 4;
+  std::vector<double> speeds(static_cast<std::size_t>(curve.spans()), vehicle_.max_speed_mps);
+  const double now = pace * curve.velocity(from).cwiseAbs().maxCoeff();
+  double braked = now * now;
+  for (Eigen::Index span = curve.spanAt(from); span < curve.spans(); ++span)
+  {
+    const double t = curve.start() + curve.knotSpan() * static_cast<double>(span);
+    const Eigen::Matrix3Xd line = curve.sample(t, t + curve.knotSpan(), kSamples);
+    double left = field_.maxDistance();
+    for (Eigen::Index k = 0; k < kSamples; ++k)
+      left = std::min(left, optimisticDistance(field_, line.col(k)) - vehicle_.radius_m);
+    const double allowed = config_.tight_speed_mps + std::max(0.0, left) / config_.reaction_s;
+    // Half of what braking could take away, so that the law has room for the curve's bends.
+    speeds[static_cast<std::size_t>(span)] =
+        std::min(vehicle_.max_speed_mps, std::max(allowed, 1.01 * std::sqrt(std::max(0.0, braked))));
+    braked -= vehicle_.max_acceleration_mps2 * (line.col(kSamples - 1) - line.col(0)).norm();
+  }
+  return speeds;
 }
 
 /// What can be promised for a curve: at rest before anything that is not known to be free.
@@ -276,9 +327,12 @@ RefinedReference PlanStep::promise(const UniformBSpline& curve, Eigen::VectorXd 
   if (config_.unknown == UnknownPolicy::Avoid)
     stop_at = certify(curve, from, clear_until, field_, UnknownAs::Occupied, vehicle_.radius_m)
                   .until;
-  const spline::MotionLimits limits{vehicle_.max_speed_mps, vehicle_.max_acceleration_mps2};
-  RefinedReference promised{curve, std::move(along),
-                            spline::TimeLaw(curve, from, stop_at, restart_ ? 1.0 : in_.pace, limits)};
+  const double pace = restart_ ? 1.0 : in_.pace;
+  RefinedReference promised{
+      curve, std::move(along),
+      spline::TimeLaw(curve, from, stop_at, pace,
+                      {vehicle_.max_speed_mps, vehicle_.max_acceleration_mps2},
+                      tightSpeeds(curve, from, pace))};
   promised.clear_until = clear_until;
   promised.stop_at = stop_at;
   promised.sequence = in_.previous ? in_.previous->sequence + 1 : 1;
@@ -286,14 +340,15 @@ RefinedReference PlanStep::promise(const UniformBSpline& curve, Eigen::VectorXd 
   return promised;
 }
 
-GlobalPlannerOutput PlanStep::commit(const Refinement& plan, RefineOutcome outcome)
+GlobalPlannerOutput PlanStep::commit(const Attempt& attempt, RefineOutcome outcome)
 {
+  const Refinement& plan = *attempt.best;
   const UniformBSpline curve = plan.draft.curve();
   RefinedReference promised = promise(curve, plan.draft.along, curve.end());
-  promised.ends_on_reference = plan.draft.ends_on_reference;
+  promised.end = plan.draft.end;
   core::RefinementRecord record = plan.record;
   record.certified = true;
-  record.reason = plan.reason;
+  record.reason = attempt.reason;
   record.stop_excess = promised.law.excess();
   record.certificate_margin_m = plan.certificate.margin_m;
   record.min_clearance_m = minClearance(curve, in_.progress, curve.end(), field_);
@@ -304,12 +359,13 @@ GlobalPlannerOutput PlanStep::commit(const Refinement& plan, RefineOutcome outco
 }
 
 /// The previous plan stays, but nobody may follow it into what is known to block it.
-GlobalPlannerOutput PlanStep::keep(const Attempt& failed, RefineOutcome outcome)
+GlobalPlannerOutput PlanStep::keep(Attempt failed, RefineOutcome outcome)
 {
   Draft draft = begin();
   if (restart_)
     draft.restAt(in_.state.p_L + in_.state.v_W * in_.state.v_W.norm() /
-                                     (2.0 * vehicle_.max_acceleration_mps2));
+                                     (2.0 * vehicle_.max_acceleration_mps2),
+                 PlanEnd::Braking);
   const bool unchanged = previous_ && !restart_;
   const UniformBSpline curve = unchanged ? previous_->spline : draft.curve();
   const Certificate certificate =
@@ -317,15 +373,15 @@ GlobalPlannerOutput PlanStep::keep(const Attempt& failed, RefineOutcome outcome)
               UnknownAs::Free, vehicle_.radius_m);
   RefinedReference kept =
       promise(curve, unchanged ? previous_->along : draft.along, certificate.until);
-  kept.ends_on_reference = unchanged ? previous_->ends_on_reference : draft.ends_on_reference;
-  core::RefinementRecord record;
+  kept.end = unchanged ? previous_->end : draft.end;
+  core::RefinementRecord record = std::move(failed.failed);
   record.ran = true;
-  record.reason = failed.failure;
+  record.reason = failed.reason;
   record.stop_excess = kept.law.excess();
   record.certificate_margin_m = certificate.margin_m;
   record.min_clearance_m = minClearance(curve, in_.progress, curve.end(), field_);
   record.outcome = std::string(toString(outcome)) +
-                   (failed.failure.empty() ? "" : " (" + failed.failure + ")");
+                   (failed.reason.empty() ? "" : " (" + failed.reason + ")");
   return {outcome, goal_, std::make_shared<const RefinedReference>(std::move(kept)),
           std::move(record)};
 }
@@ -333,26 +389,44 @@ GlobalPlannerOutput PlanStep::keep(const Attempt& failed, RefineOutcome outcome)
 GlobalPlannerOutput PlanStep::run()
 {
   if (config_.goal_policy == GoalPolicy::Reject && goal_.state == GoalState::Occupied)
-    return keep({.failure = "goal occupied: rejected"}, RefineOutcome::GoalBlocked);
+    return keep(Attempt::none("goal occupied: rejected", {}), RefineOutcome::GoalBlocked);
 
-  Attempt plan = restart_ ? Attempt{.failure = "restart", .draft = begin()} : followPlan();
+  Attempt plan = restart_ ? Attempt::none("starts anew", begin()) : followPlan();
   if (!plan.best || isChallenged(*plan.best))
   {
     Attempt fresh = returnToReference(plan.best ? plan.best->draft : begin());
-    const bool better = fresh.best && (!plan.best || !plan.best->draft.ends_on_reference ||
+    const bool better = fresh.best && (!plan.best || plan.best->draft.end != PlanEnd::OnReference ||
                                        fresh.best->travel_cost < kKeep * plan.best->travel_cost);
-    if (better || restart_) plan = std::move(fresh);
+    if (better || restart_)
+    {
+      plan = std::move(fresh);
+      plan.reason = (restart_ ? "from here: " : "back to R: ") + plan.reason;
+    }
   }
   const bool at_end = context_.window.goal_blocked || context_.window.to >= r_.end();
-  bool holds = plan.best && !plan.best->draft.ends_on_reference;
+  if (plan.best && plan.best->draft.end == PlanEnd::Braking)
+    {
+    plan.reason = "brakes";
+    return keep(std::move(plan), RefineOutcome::StillOccupied);
+  }
+  bool holds = plan.best && plan.best->draft.end == PlanEnd::NearGoal;
   if (!holds && at_end && (context_.window.goal_blocked || (!plan.best && plan.unreachable)))
   {
     if (plan.best) plan.draft = plan.best->draft;
     if (!context_.window.goal_blocked) goal_.state = GoalState::Unreachable;
-    if (Attempt hold = approachGoal(plan); hold.best)
+    if (Attempt hold = approach(plan, PlanEnd::NearGoal); hold.best)
     {
       plan = std::move(hold);
+      plan.reason = "to the point nearest to the goal: " + plan.reason;
       holds = true;
+    }
+  }
+  else if (!plan.best && plan.blocked)
+  {
+    if (Attempt towards = approach(plan, PlanEnd::NearReference); towards.best)
+    {
+      plan = std::move(towards);
+      plan.reason = "towards R: " + plan.reason;
     }
   }
   const bool blocked = holds || context_.window.goal_blocked;
@@ -360,13 +434,14 @@ GlobalPlannerOutput PlanStep::run()
   {
     goal_.nearest_L = plan.best->draft.points.col(plan.best->draft.points.cols() - 1);
     goal_.short_m = (goal_.nearest_L - r_.position(r_.end())).norm();
-    return commit(*plan.best, blocked                  ? RefineOutcome::GoalBlocked
+    return commit(plan, blocked                  ? RefineOutcome::GoalBlocked
                               : plan.best->recovered   ? RefineOutcome::Recovered
-                              : plan.had_bypasses      ? RefineOutcome::Refined
+                              : plan.led_around      ? RefineOutcome::Refined
                                                        : RefineOutcome::Clear);
   }
-  return keep(plan, blocked             ? RefineOutcome::GoalBlocked
-                    : plan.blocked      ? RefineOutcome::GuideFailed
+  const bool no_way = plan.blocked.has_value();
+  return keep(std::move(plan), blocked  ? RefineOutcome::GoalBlocked
+                               : no_way ? RefineOutcome::GuideFailed
                                         : RefineOutcome::StillOccupied);
 }
 

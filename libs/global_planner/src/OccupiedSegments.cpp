@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "PlanningWindow.h"
+#include "ReferenceWindow.h"
 
 namespace slalom::global_planner
 {

@@ -161,22 +161,21 @@ GuideSearch searchGuides(const core::DistanceField& field, const Eigen::Vector3d
   search_config.preferred_clearance_m = std::max(config.clearance_m, hard_clearance);
   search_config.proximity_weight = config.guide_proximity_weight;
   const Eigen::Vector3d start = escape(field, start_L, 1.02 * hard_clearance);
-  const double reach = std::max(3.0, 0.5 * (goal_L - start).norm());
-  Eigen::AlignedBox3d near(start.cwiseMin(goal_L) - Eigen::Vector3d(reach, reach, 1.5),
-                           start.cwiseMax(goal_L) + Eigen::Vector3d(reach, reach, 1.5));
+  const Eigen::Vector3d goal = escape(field, goal_L, 1.02 * hard_clearance);
+  const double reach = std::max(3.0, 0.5 * (goal - start).norm());
+  Eigen::AlignedBox3d near(start.cwiseMin(goal) - Eigen::Vector3d(reach, reach, 1.5),
+                           start.cwiseMax(goal) + Eigen::Vector3d(reach, reach, 1.5));
   // Both ends are where they are, whatever the altitude limits say of the way between.
   const auto keepAltitude = [&](Eigen::AlignedBox3d box)
   {
-    box.min().z() = std::max({box.min().z(), config.min_altitude_m,
-                              std::min(start.z(), goal_L.z()) - config.max_climb_m});
-    box.max().z() = std::min({box.max().z(), config.max_altitude_m,
-                              std::max(start.z(), goal_L.z()) + config.max_climb_m});
-    return box.extend(start).extend(goal_L);
+    box.min().z() = std::max(box.min().z(), config.min_altitude_m);
+    box.max().z() = std::min(box.max().z(), config.max_altitude_m);
+    return box.extend(start).extend(goal);
   };
-  auto found = search::findDistinctPaths(field, start, goal_L, keepAltitude(near), search_config,
+  auto found = search::findDistinctPaths(field, start, goal, keepAltitude(near), search_config,
                                          count);
   if (found.front().status == search::SearchStatus::Unreachable)
-    found = search::findDistinctPaths(field, start, goal_L, keepAltitude(field.bounds()),
+    found = search::findDistinctPaths(field, start, goal, keepAltitude(field.bounds()),
                                       search_config, count);
   GuideSearch result;
   result.nearest_L = found.front().nearest_L;

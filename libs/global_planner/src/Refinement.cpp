@@ -18,6 +18,8 @@ using spline::UniformBSpline;
 constexpr double kMergeGap_s = 0.6;
 constexpr double kTurnOff_m = 1.0;  // room before and behind an obstacle to turn off and back
 constexpr double kFitAround_s = 1.0;
+constexpr double kRidge = 0.2;      // a flatter distance has no side
+constexpr double kStronger = 4.0;   // J_obs from attempt to attempt
 
 double polylineLength(const Eigen::Matrix3Xd& line)
 {
@@ -54,8 +56,12 @@ class Work
   void lead(const Bypass& bypass, const PushingPath& path);
   [[nodiscard]] Eigen::Matrix3Xd before(const Bypass& bypass, Eigen::Index count) const;
   void keepClear();
+  void pushOff(Eigen::Index column, const Eigen::Vector3d& p_L, const core::DistanceSample& sample);
+  void pushOffOpposite(Eigen::Index column, const Eigen::Vector3d& p_L,
+                       const Eigen::Vector3d& away);
   void minimise(double gain);
   [[nodiscard]] Eigen::VectorXd fitWeights() const;
+  bool examine(std::optional<Refinement>& accepted);
   bool findGuides(const std::vector<Bypass>& bypasses, std::vector<Eigen::Matrix3Xd>& guides);
   [[nodiscard]] double travelCost(const UniformBSpline& curve) const;
 
@@ -142,6 +148,7 @@ bool Work::push(const std::vector<Bypass>& bypasses, const std::vector<Eigen::Ma
   return true;
 }
 
+/// Every control point near an obstacle is kept off it, and in a gap off both its sides.
 void Work::keepClear()
 {
   const Draft& draft = result_.draft;
@@ -150,10 +157,44 @@ void Work::keepClear()
     const Eigen::Vector3d p = draft.points.col(i);
     const auto here = c_.field.sample(p, UnknownAs::Free);
     if (!here || here->distance >= 1.5 * c_.config.clearance_m) continue;
-    const double steepness = here->gradient.norm();
-    if (steepness < 0.2) continue;  // on a ridge between two obstacles there is no side to prefer
-    const Eigen::Vector3d normal = here->gradient / steepness;
-    pushes_.push_back({i, p - here->distance * normal, normal});
+    if (here->gradient.norm() >= kRidge)
+    {
+      pushOff(i, p, *here);
+      pushOffOpposite(i, p, here->gradient.normalized());
+      continue;
+    }
+    // On the ridge between two obstacles the sides are told apart a voxel to the left and right.
+    const Eigen::Vector3d along = draft.points.col(i + 1) - draft.points.col(i - 1);
+    const Eigen::Vector3d left = Eigen::Vector3d::UnitZ().cross(along).stableNormalized();
+    for (const double side : {-1.0, 1.0})
+    {
+      const Eigen::Vector3d q = p + side * c_.field.resolution() * left;
+      if (const auto there = c_.field.sample(q, UnknownAs::Free)) pushOff(i, q, *there);
+    }
+  }
+}
+
+void Work::pushOff(Eigen::Index column, const Eigen::Vector3d& p_L,
+                   const core::DistanceSample& sample)
+{
+  const double steepness = sample.gradient.norm();
+  if (steepness < kRidge) return;
+  const Eigen::Vector3d normal = sample.gradient / steepness;
+  pushes_.push_back({column, p_L - sample.distance * normal, normal});
+}
+
+/// The other side of a gap: where the distance falls again on the way away from this one.
+void Work::pushOffOpposite(Eigen::Index column, const Eigen::Vector3d& p_L,
+                           const Eigen::Vector3d& away)
+{
+  const double step = c_.field.resolution();
+  for (double t = step; t <= c_.config.clearance_m; t += step)
+  {
+    const auto there = c_.field.sample(p_L + t * away, UnknownAs::Free);
+    if (!there || there->distance >= 1.5 * c_.config.clearance_m) return;
+    if (there->gradient.dot(away) > -kRidge) continue;
+    pushOff(column, p_L + t * away, *there);
+    return;
   }
 }
 
@@ -167,7 +208,7 @@ Eigen::VectorXd Work::fitWeights() const
     for (Eigen::Index i = 0; i < weights.size(); ++i)
       if (draft.along[i] > s.from - kFitAround_s && draft.along[i] < s.to + kFitAround_s)
         weights[i] = 0.0;
-  if (!draft.ends_on_reference) weights.tail(kFixedAtEnd).setZero();
+  if (draft.end != PlanEnd::OnReference) weights.tail(kFixedAtEnd).setZero();
   return weights;
 }
 
@@ -175,6 +216,7 @@ void Work::minimise(double gain)
 {
   Draft& draft = result_.draft;
   if (!draft.hasFreePoints()) return;
+  const GlobalPlannerConfig& config = c_.config;
   RefinementCost::Problem problem;
   problem.points = draft.points;
   problem.reference = referencePoints(c_.r, draft.along);
@@ -183,9 +225,11 @@ void Work::minimise(double gain)
   problem.last_free = draft.lastFree();
   problem.knot_span = draft.knot_span;
   problem.pushes = pushes_;
-  problem.obstacle_gain = gain;
+  // J_obs was weighted for a margin of 0.45 m between D_z and the radius; its cubic scales with it.
+  constexpr double kUsualMargin_m = 0.45;
+  problem.obstacle_gain =
+      gain * std::pow(kUsualMargin_m / (config.clearance_m - c_.vehicle.radius_m), 3);
 
-  const GlobalPlannerConfig& config = c_.config;
   const Eigen::Index free = problem.last_free - problem.first_free + 1;
   const Eigen::Matrix3Xd reference = problem.reference.middleCols(problem.first_free, free);
   const Eigen::Matrix3Xd now = draft.points.middleCols(problem.first_free, free);
@@ -194,8 +238,11 @@ void Work::minimise(double gain)
   lower.row(2) = (reference.row(2).array() - config.max_climb_m).max(config.min_altitude_m);
   upper.row(2) = (reference.row(2).array() + config.max_climb_m).min(config.max_altitude_m);
   // A vehicle that comes from outside of the box is led back into it, not torn.
-  lower = lower.cwiseMin(now);
-  upper = upper.cwiseMax(now);
+  const Eigen::Vector3d given = draft.points.col(problem.first_free - 1);
+  lower.topRows<2>() = lower.topRows<2>().cwiseMin(now.topRows<2>());
+  upper.topRows<2>() = upper.topRows<2>().cwiseMax(now.topRows<2>());
+  lower.row(2) = lower.row(2).cwiseMin(given.z());
+  upper.row(2) = upper.row(2).cwiseMax(given.z());
 
   RefinementCost cost(std::move(problem), config, c_.vehicle);
   optim::BoxMinimizerConfig solver;
@@ -244,14 +291,39 @@ double Work::travelCost(const UniformBSpline& curve) const
   return cost;
 }
 
+/// Takes the draft as it is if it is proved clear, and better so than what was accepted before.
+bool Work::examine(std::optional<Refinement>& accepted)
+{
+  const UniformBSpline curve = result_.draft.curve();
+  // The margin is demanded of what can still be changed; the given columns were proved with it
+  // before, and the map of then was another one.
+  const double radius = c_.vehicle.radius_m, margin = c_.config.margin_m;
+  const double from = std::min(c_.progress, curve.end());
+  const double given = std::clamp(result_.draft.influence(result_.draft.fixed - 1), from, curve.end());
+  result_.certificate = certify(curve, from, given, c_.field, UnknownAs::Free, radius);
+  if (!result_.certificate.holds(given)) return false;
+  const Certificate rest =
+      certify(curve, given, curve.end(), c_.field, UnknownAs::Free, radius + margin);
+  if (!rest.holds(curve.end())) return false;
+  result_.certificate = {rest.until,
+                         std::min(result_.certificate.margin_m, rest.margin_m + margin)};
+  if (!accepted || result_.certificate.margin_m > accepted->certificate.margin_m)
+  {
+    accepted = result_;
+    accepted->accepted = true;
+    accepted->failure.clear();
+    accepted->travel_cost = travelCost(curve);
+  }
+  return true;
+}
+
 Refinement Work::run(std::vector<Bypass> bypasses, std::vector<Eigen::Matrix3Xd> guides)
 {
-  // Accepted is what is proved at the vehicle's radius; tried for is half a voxel more, since the
-  // next map will differ.
+  // Accepted is what is proved; tried for is half a voxel more, since the next map will differ.
   const double comfortable = 0.5 * c_.field.resolution();
   std::optional<Refinement> accepted;
   double gain = 1.0;
-  for (int attempt = 0; attempt < c_.config.max_attempts; ++attempt, gain *= 2.0)
+  for (int attempt = 0; attempt < c_.config.max_attempts; ++attempt, gain *= kStronger)
   {
     if (attempt > 0)
     {
@@ -259,21 +331,16 @@ Refinement Work::run(std::vector<Bypass> bypasses, std::vector<Eigen::Matrix3Xd>
       if (!findGuides(bypasses, guides)) break;
     }
     if (!push(bypasses, guides)) break;
+    Draft pushed = result_.draft;
     keepClear();
     minimise(gain);
-    const UniformBSpline curve = result_.draft.curve();
-    result_.certificate = certify(curve, std::min(c_.progress, curve.end()), curve.end(), c_.field,
-                                  UnknownAs::Free, c_.vehicle.radius_m);
     result_.failure = "not clear after optimisation";
-    if (!result_.certificate.holds(curve.end())) continue;
-    if (!accepted || result_.certificate.margin_m > accepted->certificate.margin_m)
-    {
-      accepted = result_;
-      accepted->accepted = true;
-      accepted->failure.clear();
-      accepted->travel_cost = travelCost(curve);
-    }
-    if (result_.certificate.margin_m >= comfortable) break;
+    if (examine(accepted) && result_.certificate.margin_m >= c_.config.margin_m + comfortable) break;
+    if (accepted || bypasses.empty()) continue;
+    // S_* lies inside its polyhedra, however much J would rather have a smoother way.
+    std::swap(result_.draft, pushed);
+    examine(accepted);
+    std::swap(result_.draft, pushed);
   }
   return accepted ? std::move(*accepted) : std::move(result_);
 }

@@ -35,7 +35,7 @@ struct StepContext
 struct Bypass
 {
   Eigen::Index first = 0, last = 0;
-  Eigen::Vector3d from_L, to_L;
+  Eigen::Vector3d from_L = Eigen::Vector3d::Zero(), to_L = Eigen::Vector3d::Zero();
 };
 
 /// The occupied stretches of a draft as columns, widened so that there is room to turn off.

@@ -101,6 +101,26 @@ class CellPool
   detail::GridShape shape_;
 };
 
+/// Unknown cells with a free one at most `reach` cells above or below become free.
+void bridge(const detail::GridShape& shape, int reach, std::uint8_t* occupancy)
+{
+  constexpr auto kUnknown = static_cast<std::uint8_t>(core::Occupancy::Unknown);
+  constexpr auto kFree = static_cast<std::uint8_t>(core::Occupancy::Free);
+  constexpr std::uint8_t kBridged = 3;  // not free yet, or bridges would grow on bridges
+  const Eigen::Vector3i& size = shape.size;
+  for (int z = 0; z < size.z(); ++z)
+    for (int other = std::max(0, z - reach); other <= std::min(size.z() - 1, z + reach); ++other)
+      for (int y = 0; y < size.y(); ++y)
+      {
+        std::uint8_t* row = occupancy + shape.row(y, z);
+        const std::uint8_t* near = occupancy + shape.row(y, other);
+        for (int x = 0; x < size.x(); ++x)
+          row[x] = row[x] == kUnknown && near[x] == kFree ? kBridged : row[x];
+      }
+  for (std::uint8_t* cell = occupancy; cell != occupancy + shape.cells(); ++cell)
+    *cell = *cell == kBridged ? kFree : *cell;
+}
+
 double secondsSince(std::chrono::steady_clock::time_point start)
 {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -179,6 +199,8 @@ void Mapper::Impl::publish(bool cells_changed)
   {
     const std::shared_ptr<EdtCells> next = pool.take();
     window.copyOccupancy(next->occupancy.data());
+    if (const auto reach = static_cast<int>(std::lround(config.bridge_m / config.resolution_m)))
+      bridge(window.shape(), reach, next->occupancy.data());
     transform.run(next->occupancy.data(), next->optimistic.data(), next->pessimistic.data());
     cells = next;
   }

@@ -97,7 +97,8 @@ Cells cellsOf(const UniformBSpline& curve, double from, double to)
 }
 }  // namespace
 
-CurveGrid makeGrid(const UniformBSpline& curve, double from, double to, const MotionLimits& limits)
+CurveGrid makeGrid(const UniformBSpline& curve, double from, double to, const MotionLimits& limits,
+                   std::span<const double> span_speeds)
 {
   constexpr double kKeptShare = 0.25;  // of what braking at one acceleration to the end leaves
   const Cells cells = cellsOf(curve, from, to);
@@ -110,6 +111,9 @@ CurveGrid makeGrid(const UniformBSpline& curve, double from, double to, const Mo
   for (Eigen::Index k = cells.first; k <= cells.last; ++k)
   {
     const Eigen::Index span = k / kCells;
+    MotionLimits here = limits;
+    if (!span_speeds.empty())
+      here.speed_mps = std::min(here.speed_mps, span_speeds[static_cast<std::size_t>(span)]);
     const double begin = grid.times.back();
     const double end = k == cells.last ? to : curve.start() + cell * static_cast<double>(k + 1);
     const double h = (end - begin) / static_cast<double>(cells.parts);
@@ -118,7 +122,7 @@ CurveGrid makeGrid(const UniformBSpline& curve, double from, double to, const Mo
       const double since_begin = h * static_cast<double>(part);
       const double t = begin + since_begin, next = part + 1 == cells.parts ? end : t + h;
       const double since_knot = begin - curve.start() - d * static_cast<double>(span) + since_begin;
-      grid.intervals.push_back(limitsOn(curve, span, since_knot, h, limits));
+      grid.intervals.push_back(limitsOn(curve, span, since_knot, h, here));
       grid.intervals.back().keepShare(kKeptShare * (to - next) / (to - t));
       grid.times.push_back(next);
     }

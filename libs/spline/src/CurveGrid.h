@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "Reachability.h"
@@ -21,6 +22,7 @@ struct CurveGrid
  * by parts of the interval.
  *  @param from,to in the domain, from < to */
 [[nodiscard]] CurveGrid makeGrid(const UniformBSpline& curve, double from, double to,
-                                 const MotionLimits& limits);
+                                 const MotionLimits& limits,
+                                 std::span<const double> span_speeds);
 
 }  // namespace slalom::spline::detail

@@ -37,9 +37,13 @@ bool isAtRest(const UniformBSpline& curve, double t, const MotionLimits& limits)
 }  // namespace
 
 TimeLaw::TimeLaw(const UniformBSpline& curve, double from, double to, double start_pace,
-                 const MotionLimits& limits)
+                 const MotionLimits& limits, std::span<const double> span_speeds)
 {
   check(from, to, start_pace, limits);
+  if (!span_speeds.empty() &&
+      (static_cast<Eigen::Index>(span_speeds.size()) != curve.spans() ||
+       !std::ranges::all_of(span_speeds, [](double v) { return v > 0.0; })))
+    throw std::invalid_argument("TimeLaw: span speeds must be positive, one for each span");
   from = std::clamp(from, curve.start(), curve.end());
   to = std::clamp(to, from, curve.end());
   const bool free_start = isAtRest(curve, from, limits);
@@ -55,7 +59,7 @@ TimeLaw::TimeLaw(const UniformBSpline& curve, double from, double to, double sta
   }
 
   constexpr double kNear = 1.0 + 1e-4;  // half of that is a jump in speed nobody sees
-  const detail::CurveGrid grid = detail::makeGrid(curve, from, to, limits);
+  const detail::CurveGrid grid = detail::makeGrid(curve, from, to, limits, span_speeds);
   const std::vector<double> reachable = detail::controllable(grid.intervals, x_end);
   for (const double t : grid.times) nodes_.push_back({t, 0.0, 0.0});
   if (free_start || x_wanted <= kNear * reachable.front())

@@ -31,13 +31,17 @@ struct GlobalPlannerConfig
   double piece_m = 1.5;                 ///< [m] longest piece of the convex decomposition
   double box_lateral_m = 2.0, box_along_m = 1.0, box_vertical_m = 2.0;  ///< [m] local box
   double max_offset_m = 8.0;  ///< [m] box constraint: control points stay this near to R
-  double max_climb_m = 0.5;   ///< [m] box constraint: never farther above or below R than this
+  double max_climb_m = 0.2;   ///< [m] box constraint: never farther above or below R than this
   double min_altitude_m = 0.3, max_altitude_m = 50.0;  ///< [m] box constraint in z, world frame
   double restart_distance_m =
       1.0;                    ///< [m] farther from its plan than this the vehicle gets a new start
+  double margin_m = 0.05;        ///< [m] plans are proved to keep the vehicle's radius and this
+  double tight_speed_mps = 0.4;  ///< [m/s] speed allowed where nothing is left to the sides ...
+  double reaction_s = 0.2;  ///< [s] ... and more by what is left per this: tracking error over speed
   UnknownPolicy unknown = UnknownPolicy::Avoid;
   GoalPolicy goal_policy = GoalPolicy::Approach;
   double goal_radius_m = 1.0;  ///< [m] GoalPolicy::NearestFree
+
   int max_evaluations = 150;  ///< [1] L-BFGS evaluations per attempt
   int max_attempts = 3;       ///< [1] restarts with a doubled lambda_obs
   int threads = 1;            ///< [1] for the parallel decomposition
@@ -76,6 +80,12 @@ struct GlobalPlannerConfig
       "highest altitude of the reference");
     v("restart_distance_m", c.restart_distance_m, Range{0.1, 100.0},
       "farther from its plan than this, the plan starts anew at the vehicle");
+    v("margin_m", c.margin_m, Range{0.0, 5.0},
+      "a plan is proved to keep the vehicle's radius and this from every obstacle");
+    v("tight_speed_mps", c.tight_speed_mps, Range{0.05, 100.0},
+      "speed allowed where the vehicle just fits");
+    v("reaction_s", c.reaction_s, Range{0.0, 10.0},
+      "where x metres are left beside the vehicle it flies x / reaction_s faster than that");
     v("unknown", c.unknown,
       core::Names<UnknownPolicy>{{"avoid", UnknownPolicy::Avoid}, {"free", UnknownPolicy::Free}},
       "avoid: always able to stop in space that was seen free; free: only seen obstacles count");

@@ -9,6 +9,15 @@
 
 namespace slalom::global_planner
 {
+/// How a plan ends.
+enum class PlanEnd
+{
+  OnReference,  ///< R goes on behind it, or ends there
+  NearGoal,       ///< at rest at the reachable point nearest to a goal that is blocked
+  NearReference,  ///< at rest at the reachable point nearest to where R could be met again
+  Braking       ///< at rest where the vehicle can stop: no way on was found from here
+};
+
 /** The refined reference: what the vehicle is to fly from now on, and the promise that goes with
  * it. Its curve has R's knot span, but as many control points as its way needs; its parameter
  * continues that of the plan before it. Immutable, shared between planners. */
@@ -17,7 +26,7 @@ struct RefinedReference
   spline::UniformBSpline spline;
   Eigen::VectorXd along;  ///< per control point the parameter of R that it stands for [s]
   spline::TimeLaw law;    ///< how fast the parameter runs: limits hold, at rest at stop_at
-  bool ends_on_reference = true;  ///< false: ends at rest away from R (blocked goal)
+  PlanEnd end = PlanEnd::OnReference;
 
   /// [s] Parameter up to which the curve is proved to keep the vehicle's radius from every known
   /// obstacle.

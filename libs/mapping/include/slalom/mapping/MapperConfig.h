@@ -18,7 +18,9 @@ struct MapperConfig
   double clamp_min = 0.12, clamp_max = 0.97;  ///< [1] log-odds clamps, as probabilities
   double occupied_threshold = 0.5;  ///< [1] probability at and above which a cell is an obstacle
   double forget_s = 0.0;         ///< [s] cells unseen for this long return to unknown; 0 keeps them
-  double start_ball_m = 0.8;     ///< [m] ball around the first pose assumed free where unknown
+  double start_ball_m = 2.0;     ///< [m] ball around the first pose assumed free where unknown
+  double bridge_m = 0.2;  ///< [m] unknown space this near above or below space seen free counts as
+                          ///< free: a lidar of few rings leaves gaps, and sees little near itself
   bool keep_octree = true;       ///< write changed cells to the OctoMap of record
   double max_octree_mb = 200.0;  ///< [MB] the octree is cropped around the vehicle beyond this
 
@@ -50,6 +52,8 @@ struct MapperConfig
       "cells unseen for this long return to unknown, 0 = never");
     v("start_ball_m", c.start_ball_m, Range{0.0, 5.0},
       "unknown space this near to the first pose counts as free");
+    v("bridge_m", c.bridge_m, Range{0.0, 2.0},
+      "unknown space this near above or below space seen free counts as free");
     v("keep_octree", c.keep_octree, "keep the OctoMap of the whole flight (map.bt)");
     v("max_octree_mb", c.max_octree_mb, Range{1.0, 10000.0}, "memory bound of that OctoMap",
       Level::Expert);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "slalom/spline/UniformBSpline.h"
@@ -36,10 +37,12 @@ class TimeLaw
   /** @param from,to stretch of the curve [s], clamped to its domain; `to` to at least `from`. A
    * stretch of a few roundings is its end.
    *  @param start_pace pace at `from`, clamped to [0, 1]
+   *  @param span_speeds lower speed limits for single spans of the curve, as where gaps are tight
+   * [m/s]; empty, or one > 0 for each
    *  @throws std::invalid_argument on a limit that is not positive and finite, or a number that is
    * not finite */
   TimeLaw(const UniformBSpline& curve, double from, double to, double start_pace,
-          const MotionLimits& limits);
+          const MotionLimits& limits, std::span<const double> span_speeds = {});
 
   [[nodiscard]] double from() const { return nodes_.front().t; }  ///< [s] of the curve
   [[nodiscard]] double to() const { return nodes_.back().t; }     ///< [s] of the curve
