@@ -83,8 +83,9 @@ class AnalyticField : public core::DistanceField
     if (!bounds_.contains(p)) return std::nullopt;
     return std::min(signedDistance(p), maxDistance());
   }
-  void collectOccupied(const Eigen::AlignedBox3d& box,
-                       std::vector<Eigen::Vector3d>& centres) const override
+  /// Nothing is unknown here, so both treatments list the same: grid points inside obstacles.
+  void collectObstacles(const Eigen::AlignedBox3d& box, core::UnknownAs,
+                        std::vector<Eigen::Vector3d>& centres) const override
   {
     const Eigen::AlignedBox3d inside = box.intersection(bounds_);
     if (inside.isEmpty()) return;

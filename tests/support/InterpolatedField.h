@@ -66,8 +66,9 @@ class InterpolatedField : public core::DistanceField
     if (!here) return std::nullopt;
     return here->distance - std::sqrt(3.0) * resolution_;
   }
-  void collectOccupied(const Eigen::AlignedBox3d& box,
-                       std::vector<Eigen::Vector3d>& centres) const override
+  /// Nothing is unknown here, so both treatments list the same: grid points inside obstacles.
+  void collectObstacles(const Eigen::AlignedBox3d& box, core::UnknownAs,
+                        std::vector<Eigen::Vector3d>& centres) const override
   {
     for (int k = 0; k < size_.z(); ++k)
       for (int j = 0; j < size_.y(); ++j)

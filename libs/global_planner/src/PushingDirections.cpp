@@ -70,8 +70,8 @@ std::vector<HalfSpaces> decomposeAlong(const core::DistanceField& field,
   shape.shrink_m = shrink;
   std::vector<std::vector<Eigen::Vector3d>> obstacles(static_cast<std::size_t>(pieces.cols() - 1));
   for (Eigen::Index k = 0; k + 1 < pieces.cols(); ++k)
-    field.collectOccupied(geometry::localBox(pieces.col(k), pieces.col(k + 1), shape),
-                          obstacles[static_cast<std::size_t>(k)]);
+    field.collectObstacles(geometry::localBox(pieces.col(k), pieces.col(k + 1), shape),
+                           core::UnknownAs::Free, obstacles[static_cast<std::size_t>(k)]);
   std::vector<geometry::FreePolyhedron> free =
       geometry::decomposeParallel(pieces, obstacles, shape, config.threads);
   std::vector<HalfSpaces> sets;

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "EdtGrid.h"
+#include "HullDistance.h"
 
 namespace slalom::mapping
 {
@@ -108,6 +109,12 @@ core::DistanceSample interpolate(const EdtSnapshot::Grid& grid, const Stencil& s
                                     mix(x[1] - x[0], x[3] - x[2], t.z()), high - low) /
                     grid.resolution;
   return sample;
+}
+
+// Stored squared distances from this value on are cut off.
+int saturationOf(const EdtSnapshot::Grid& grid)
+{
+  return static_cast<int>(grid.metres->size()) - 1;
 }
 
 // Throws unless the grid can be interpolated.
@@ -213,9 +220,34 @@ std::optional<double> EdtSnapshot::lowerBound(const Eigen::Vector3d& p_L,
   return std::min(proved, interpolate(*grid_, *stencil, field).distance);
 }
 
-void EdtSnapshot::collectOccupied(const Eigen::AlignedBox3d& box_L,
-                                  std::vector<Eigen::Vector3d>& centres_L) const
+double EdtSnapshot::hullBound(const core::Hull4& hull_L, core::UnknownAs unknown,
+                              double limit) const
 {
+  constexpr double kRounding = 1e-9;  // [m] covers floating point errors
+  const Grid& grid = *grid_;
+  double bound = std::min(limit, 2.0 * grid.resolution * grid.shape.size.cast<double>().sum());
+  if (unknown == core::UnknownAs::Occupied)
+  {
+    const Eigen::AlignedBox3d box = bounds();
+    bound = std::min({bound, (hull_L.colwise() - box.min()).minCoeff(),
+                      ((-hull_L).colwise() + box.max()).minCoeff()});
+  }
+  if (!(bound > 0.0)) return std::min(limit, 0.0);
+  const core::Hull4 hull = (hull_L.colwise() - grid.origin_L) / grid.resolution;
+  const double to_cubes = detail::distanceToCubes(grid.shape, fieldOf(grid, unknown), hull,
+                                                  bound / grid.resolution, saturationOf(grid));
+  return std::max(0.0, std::min(bound, grid.resolution * to_cubes) - kRounding);
+}
+
+void EdtSnapshot::collectObstacles(const Eigen::AlignedBox3d& box_L, core::UnknownAs unknown,
+                                   std::vector<Eigen::Vector3d>& centres_L) const
+{
+  const auto isObstacle = [unknown](std::uint8_t value)
+  {
+    return unknown == core::UnknownAs::Free
+               ? value == static_cast<std::uint8_t>(Occupancy::Occupied)
+               : value != static_cast<std::uint8_t>(Occupancy::Free);
+  };
   const Grid& grid = *grid_;
   const Eigen::AlignedBox3d inside = box_L.intersection(bounds());
   if (inside.isEmpty()) return;
@@ -229,7 +261,7 @@ void EdtSnapshot::collectOccupied(const Eigen::AlignedBox3d& box_L,
     {
       const std::uint8_t* row = grid.cells->occupancy.data() + grid.shape.row(y, z);
       for (int x = first.x(); x <= last.x(); ++x)
-        if (row[x] == static_cast<std::uint8_t>(Occupancy::Occupied))
+        if (isObstacle(row[x]))
           centres_L.emplace_back(grid.origin_L +
                                  grid.resolution * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
     }

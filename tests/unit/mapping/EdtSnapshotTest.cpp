@@ -275,7 +275,101 @@ TEST(EdtSnapshot, OutsideBoundsThereIsNoNumber)
   EXPECT_EQ(grid.snapshot->occupancy(nan), Occupancy::Unknown);
 }
 
-TEST(EdtSnapshot, OccupancyAndCollectOccupiedReturnTheGivenCells)
+TEST(EdtSnapshot, HullBoundOfAPointIsItsDistanceToTheCubes)
+{
+  int near_limit = 0, outside = 0;
+  for (std::uint64_t seed = 0; seed < 120; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Rng rng(seed);
+    const RandomGrid grid = randomGrid(rng, 12, seed % 2 ? 30.0 : 4.0);
+    const Eigen::AlignedBox3d bounds = grid.snapshot->bounds();
+    const Vec3 margin = Vec3::Constant(2.0 * grid.resolution);
+    const Eigen::AlignedBox3d around(bounds.min() - margin, bounds.max() + margin);
+    for (int i = 0; i < 150; ++i)
+    {
+      const Vec3 p = randomPoint(rng, i % 3 ? bounds : around);
+      const double limit = grid.resolution * rng.uniform(0.0, 12.0);
+      for (const UnknownAs unknown : kBoth)
+      {
+        double truth = distanceToCubes(grid, p, unknown);
+        // With unknown as an obstacle all space outside the bounds is one.
+        if (unknown == UnknownAs::Occupied)
+          truth = std::max(
+              0.0, std::min({truth, (p - bounds.min()).minCoeff(), (bounds.max() - p).minCoeff()}));
+        const double tight = grid.snapshot->hullBound(p.replicate<1, 4>(), unknown, limit);
+        const double exact = std::min(limit, truth);
+        ASSERT_LE(tight, exact);
+        ASSERT_NEAR(tight, exact, 2e-9);
+        ASSERT_LE(grid.snapshot->boundEverywhere(p, unknown), truth);
+        near_limit += truth > limit;
+        outside += !bounds.contains(p);
+      }
+    }
+  }
+  EXPECT_GT(near_limit, 1000);
+  EXPECT_GT(outside, 1000);
+}
+
+TEST(EdtSnapshot, HullBoundHoldsOnTheHullAndLacksTheSquareOfItsSize)
+{
+  int useful = 0;
+  for (std::uint64_t seed = 0; seed < 120; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Rng rng(seed);
+    const RandomGrid grid = randomGrid(rng, 12, seed % 2 ? 30.0 : 4.0);
+    const Eigen::AlignedBox3d bounds = grid.snapshot->bounds();
+    for (int i = 0; i < 20; ++i)
+    {
+      // An edge of up to four voxels with two points near it, as a curve's piece has.
+      const double size = grid.resolution * rng.uniform(0.0, 4.0);
+      slalom::core::Hull4 hull;
+      hull.col(0) = randomPoint(rng, bounds);
+      hull.col(3) = hull.col(0) + size * rng.direction();
+      for (const int j : {1, 2})
+        hull.col(j) = hull.col(0) + j / 3.0 * (hull.col(3) - hull.col(0)) + rng.normal3(0.1 * size);
+      for (const UnknownAs unknown : kBoth)
+      {
+        const double bound = grid.snapshot->hullBound(hull, unknown, 10.0 * grid.resolution);
+        double nearest = std::numeric_limits<double>::infinity();
+        for (int k = 0; k < 30; ++k)
+        {
+          Eigen::Vector4d weights;
+          for (double& weight : weights) weight = -std::log(1.0 - rng.uniform());
+          if (k < 4) weights = Eigen::Vector4d::Unit(k);
+          const Vec3 p = hull * weights / weights.sum();
+          nearest = std::min(nearest, distanceToCubes(grid, p, unknown));
+          if (unknown == UnknownAs::Occupied)
+            nearest = std::min({nearest, std::max(0.0, (p - bounds.min()).minCoeff()),
+                                std::max(0.0, (bounds.max() - p).minCoeff())});
+        }
+        ASSERT_LE(bound, nearest);
+        useful += bound > 0.5 * nearest && bound < nearest && size > grid.resolution;
+      }
+    }
+  }
+  EXPECT_GT(useful, 500);
+}
+
+// Beside the middle of a wall a hull as long as the wall has its full distance, not that of a ball.
+TEST(EdtSnapshot, HullBoundAlongAWallIsExact)
+{
+  std::vector<Occupancy> cells(40 * 40 * 10, Occupancy::Free);
+  for (int z = 0; z < 10; ++z)
+    for (int x = 0; x < 40; ++x)
+      cells[static_cast<std::size_t>((z * 40 + 30) * 40 + x)] = Occupancy::Occupied;
+  const auto wall = EdtSnapshot::fromOccupancy(Vec3::Zero(), {40, 40, 10}, 0.1, cells, 2.0);
+  slalom::core::Hull4 hull;
+  for (int j = 0; j < 4; ++j) hull.col(j) << 0.5 + j, 2.3, 0.5;
+  EXPECT_NEAR(wall->hullBound(hull, UnknownAs::Free, 5.0), 0.7, 2e-9);
+  EXPECT_NEAR(wall->hullBound(hull, UnknownAs::Free, 0.6), 0.6, 2e-9);
+  hull.col(2).y() += 0.1;
+  EXPECT_LE(wall->hullBound(hull, UnknownAs::Free, 5.0), 0.6);
+  EXPECT_GE(wall->hullBound(hull, UnknownAs::Free, 5.0), 0.58);
+}
+
+TEST(EdtSnapshot, OccupancyAndCollectObstaclesReturnTheGivenCells)
 {
   for (std::uint64_t seed = 0; seed < 20; ++seed)
   {
@@ -285,23 +379,25 @@ TEST(EdtSnapshot, OccupancyAndCollectOccupiedReturnTheGivenCells)
     const Eigen::AlignedBox3d bounds = grid.snapshot->bounds();
     Eigen::AlignedBox3d box(randomPoint(rng, bounds));
     box.extend(randomPoint(rng, bounds));
-    std::vector<Vec3> expected;
-    grid.each(0,
-              [&](int x, int y, int z)
-              {
-                const Vec3 c = grid.centre(x, y, z);
-                if (bounds.contains(c))
+    for (const UnknownAs unknown : kBoth)
+    {
+      std::vector<Vec3> expected;
+      grid.each(0,
+                [&](int x, int y, int z)
                 {
-                  EXPECT_EQ(grid.snapshot->occupancy(c), grid.at(x, y, z));
-                }
-                if (grid.at(x, y, z) == Occupancy::Occupied && box.contains(c))
-                  expected.push_back(c);
-              });
-    std::vector<Vec3> collected;
-    grid.snapshot->collectOccupied(box, collected);
-    ASSERT_EQ(collected.size(), expected.size());
-    for (std::size_t i = 0; i < expected.size(); ++i)
-      EXPECT_LT((collected[i] - expected[i]).norm(), 1e-12);
+                  const Vec3 c = grid.centre(x, y, z);
+                  if (bounds.contains(c))
+                  {
+                    EXPECT_EQ(grid.snapshot->occupancy(c), grid.at(x, y, z));
+                  }
+                  if (grid.obstacle(x, y, z, unknown) && box.contains(c)) expected.push_back(c);
+                });
+      std::vector<Vec3> collected;
+      grid.snapshot->collectObstacles(box, unknown, collected);
+      ASSERT_EQ(collected.size(), expected.size());
+      for (std::size_t i = 0; i < expected.size(); ++i)
+        EXPECT_LT((collected[i] - expected[i]).norm(), 1e-12);
+    }
   }
 }
 

@@ -27,7 +27,10 @@ class SeenForest final : public core::DistanceField
                                                            core::UnknownAs) const override;
   [[nodiscard]] std::optional<double> lowerBound(const Eigen::Vector3d& p_L,
                                                  core::UnknownAs) const override;
-  void collectOccupied(const Eigen::AlignedBox3d&, std::vector<Eigen::Vector3d>&) const override {}
+  void collectObstacles(const Eigen::AlignedBox3d&, core::UnknownAs,
+                        std::vector<Eigen::Vector3d>&) const override
+  {
+  }
   [[nodiscard]] Eigen::AlignedBox3d bounds() const override { return bounds_; }
   [[nodiscard]] double resolution() const override { return 0.2; }
   [[nodiscard]] double maxDistance() const override { return 3.0; }

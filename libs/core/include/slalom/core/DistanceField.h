@@ -31,6 +31,9 @@ struct DistanceSample
       Eigen::Vector3d::Zero();  ///< [1] of the interpolated distance; norm about 1, 0 at ties
 };
 
+/// Four points, one per column; stands for their convex hull.
+using Hull4 = Eigen::Matrix<double, 3, 4>;
+
 /** What planners may know of space: an immutable, thread-safe field in the local frame L.
  *
  *  Distances are Euclidean, from the query point to the nearest obstacle surface, saturated at
@@ -54,10 +57,22 @@ class DistanceField
   [[nodiscard]] virtual std::optional<double> lowerBound(const Eigen::Vector3d& p_L,
                                                          UnknownAs unknown) const = 0;
 
-  /// Appends the centres of occupied voxels (or obstacle samples not farther apart than
-  /// resolution()) inside `box_L`.
-  virtual void collectOccupied(const Eigen::AlignedBox3d& box_L,
-                               std::vector<Eigen::Vector3d>& centres_L) const = 0;
+  /** A number that the distance from any point of the convex hull of four points to any obstacle
+   *  point is proved not to be below [m], at most `limit`; e.g. for the Bezier points of a cubic.
+   *
+   *  Defined for every hull. With UnknownAs::Occupied all space outside bounds() is an obstacle,
+   * with UnknownAs::Free it is free. Fields of voxels measure to the voxels' cubes: for a single
+   * point (four equal columns) the distance exact to 1e-9 m, for a hull of size L less than the
+   * true distance by O(L^2). The default encloses the hull in a ball about boundEverywhere(). */
+  [[nodiscard]] virtual double hullBound(const Hull4& hull_L, UnknownAs unknown,
+                                         double limit) const;
+
+  /** Appends the centres of the obstacle voxels inside `box_L`: those that are Occupied, and with
+   *  UnknownAs::Occupied all that are not Free. Fields without voxels append obstacle samples not
+   *  farther apart than resolution(). Nothing outside bounds() is listed: whoever takes unknown
+   *  space for an obstacle has to stay inside bounds() by other means. */
+  virtual void collectObstacles(const Eigen::AlignedBox3d& box_L, UnknownAs unknown,
+                                std::vector<Eigen::Vector3d>& centres_L) const = 0;
 
   [[nodiscard]] virtual Eigen::AlignedBox3d bounds() const = 0;  ///< [m] known window
   [[nodiscard]] virtual double resolution() const = 0;           ///< [m] voxel edge
@@ -67,6 +82,10 @@ class DistanceField
     return 0.0;
   }  ///< [s] log time of the newest data in it
   [[nodiscard]] virtual std::uint64_t sequence() const { return 0; }
+
+  /** lowerBound() continued to all space [m]: a proved bound on the distance to every obstacle
+   *  point, where outside bounds() all is obstacle (UnknownAs::Occupied) or all is free. */
+  [[nodiscard]] double boundEverywhere(const Eigen::Vector3d& p_L, UnknownAs unknown) const;
 
   /// Distance alone; nullopt outside bounds().
   [[nodiscard]] std::optional<double> distance(const Eigen::Vector3d& p_L, UnknownAs unknown) const;

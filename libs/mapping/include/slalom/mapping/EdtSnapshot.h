@@ -15,7 +15,8 @@ namespace slalom::mapping
  * once with unknown as free and once with unknown as occupied, and a signed part inside obstacles.
  * Metres are made on query: sample() interpolates the signed centre distances trilinearly and
  * subtracts half a voxel (obstacle surface); lowerBound() is the proved bound of
- * core::DistanceField. Immutable, thread-safe. */
+ * core::DistanceField, hullBound() goes back to the voxels' cubes. Immutable,
+ * thread-safe. */
 class EdtSnapshot final : public core::DistanceField
 {
  public:
@@ -35,8 +36,10 @@ class EdtSnapshot final : public core::DistanceField
                                                            core::UnknownAs unknown) const override;
   [[nodiscard]] std::optional<double> lowerBound(const Eigen::Vector3d& p_L,
                                                  core::UnknownAs unknown) const override;
-  void collectOccupied(const Eigen::AlignedBox3d& box_L,
-                       std::vector<Eigen::Vector3d>& centres_L) const override;
+  [[nodiscard]] double hullBound(const core::Hull4& hull_L, core::UnknownAs unknown,
+                                 double limit) const override;
+  void collectObstacles(const Eigen::AlignedBox3d& box_L, core::UnknownAs unknown,
+                        std::vector<Eigen::Vector3d>& centres_L) const override;
   [[nodiscard]] Eigen::AlignedBox3d bounds() const override;
   [[nodiscard]] double resolution() const override;
   [[nodiscard]] double maxDistance() const override;
