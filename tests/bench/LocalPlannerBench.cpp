@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "AnalyticField.h"
+#include "Laws.h"
 #include "slalom/core/Math.h"
 #include "slalom/core/Rng.h"
 #include "slalom/local_planner/LocalPlanner.h"
@@ -60,7 +61,7 @@ void fly(const Forest& forest, const local_planner::LocalPlannerConfig& config,
   local_planner::LocalPlannerInput input;
   input.reference = forest.reference;
   input.field = forest.field;
-  input.stop_at = forest.reference->end();
+  input.law = test::lawTo(*forest.reference, forest.reference->end());
   input.state.p_L = forest.reference->position(0.0);
   double yaw = 0.0;
   for (double t = 0.0; t < forest.reference->duration(); t += kPeriod)

@@ -39,8 +39,8 @@ struct FlightWorld
   static FlightWorld of(const AnalyticField& field)
   {
     const auto distance = [&field](const Eigen::Vector3d& p) { return field.signedDistance(p); };
-    return {distance,
-            [distance](const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double range)
+    return {distance, [distance](const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                                 double range)
             {
               double along = 0.0;
               while (along < range)

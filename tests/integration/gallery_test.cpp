@@ -89,7 +89,8 @@ const Eigen::Vector3d kStart(0.0, 0.0, 1.5);
 
 TEST(Gallery, WallWithTwoGapsIsPassedThroughTheNearerOne)
 {
-  const AnalyticField world({wall(6, -20, 6.4, -4.0), wall(6, -2.2, 6.4, 1.2), wall(6, 3.0, 6.4, 20)});
+  const AnalyticField world(
+      {wall(6, -20, 6.4, -4.0), wall(6, -2.2, 6.4, 1.2), wall(6, 3.0, 6.4, 20)});
   const FlightOutcome flight = fly("two_gap_wall", world, kStart, {12, 0, 1.5}, 60.0);
   expectReached(flight);
   EXPECT_LE(flight.length_m, 14.5) << "the gap at y = 2.1 m, not the one at -3.1 m";
@@ -97,7 +98,8 @@ TEST(Gallery, WallWithTwoGapsIsPassedThroughTheNearerOne)
 
 TEST(Gallery, UTrapIsLeftAndFlownAround)
 {
-  const AnalyticField world({wall(8, -2.0, 8.4, 2.0), wall(4, 1.6, 8.4, 2.0), wall(4, -2.0, 8.4, -1.6)});
+  const AnalyticField world(
+      {wall(8, -2.0, 8.4, 2.0), wall(4, 1.6, 8.4, 2.0), wall(4, -2.0, 8.4, -1.6)});
   const FlightOutcome flight = fly("u_trap", world, kStart, {14, 0, 1.5}, 120.0);
   expectReached(flight);
   EXPECT_LE(flight.length_m, 30.0);
@@ -121,7 +123,8 @@ TEST(Gallery, ThickPillarIsFlownAround)
 
 TEST(Gallery, GoalInTrunkEndsBlockedBeforeIt)
 {
-  const AnalyticField world({VerticalCylinder{{12.0, 0.0}, 0.75}, VerticalCylinder{{6.0, 0.1}, 0.3}});
+  const AnalyticField world(
+      {VerticalCylinder{{12.0, 0.0}, 0.75}, VerticalCylinder{{6.0, 0.1}, 0.3}});
   const FlightOutcome flight = fly("goal_in_trunk", world, kStart, {12, 0, 1.5}, 60.0);
   EXPECT_EQ(flight.status, EngineStatus::GoalBlocked) << toString(flight.status);
   EXPECT_GE(flight.min_clearance_m, 0.35);
@@ -137,8 +140,9 @@ TEST(Gallery, StartInsideTheDeadZoneGetsAway)
 TEST(Gallery, BlindCornerIsNotRunInto)
 {
   // A corridor that bends by 90 degrees, with a pillar just behind the corner.
-  const AnalyticField world({wall(-2, 1.2, 7.0, 1.6), wall(-2, -1.6, 9.8, -1.2), wall(9.4, -1.6, 9.8, 12),
-                             wall(6.6, 1.2, 7.0, 12), VerticalCylinder{{8.9, 2.6}, 0.3}});
+  const AnalyticField world({wall(-2, 1.2, 7.0, 1.6), wall(-2, -1.6, 9.8, -1.2),
+                             wall(9.4, -1.6, 9.8, 12), wall(6.6, 1.2, 7.0, 12),
+                             VerticalCylinder{{8.9, 2.6}, 0.3}});
   Eigen::Matrix3Xd bend(3, 2);
   bend << 8.2, 8.2, 0.0, 9.0, 1.5, 1.5;
   const FlightOutcome flight =
@@ -214,21 +218,32 @@ TEST_P(RealPlot, IsCrossedWithoutContact)
   config.vehicle.max_speed_mps = 1.2;
   config.vehicle.max_acceleration_mps2 = 1.0;
   config.mapping.resolution_m = plot.resolution;
-  const FlightOutcome flight = fly(plot.name, test::FlightWorld::of(world), config, plot.start,
-                                   to(plot.goal), 120.0);
+  const FlightOutcome flight =
+      fly(plot.name, test::FlightWorld::of(world), config, plot.start, to(plot.goal), 120.0);
   expectReached(flight, config.vehicle.radius_m);
 }
-INSTANTIATE_TEST_SUITE_P(
-    Gallery, RealPlot,
-    testing::Values(Plot{"ponderosa_mls_a", "real/forest_ponderosa_mls/forest_mls_27x26_0.1.bt",
-                         {-12.5, 5.9, 1.5}, {12.5, 10.7, 1.5}, 0.2},
-                    Plot{"ponderosa_mls_b", "real/forest_ponderosa_mls/forest_mls_27x26_0.1.bt",
-                         {-12.5, -12.3, 1.5}, {12.5, 4.1, 1.5}, 0.2},
-                    Plot{"ponderosa_tls", "real/forest_ponderosa_tls/forest_tls_24x29_0.1.bt",
-                         {-10.9, 9.3, 1.5}, {10.9, 6.9, 1.5}, 0.2},
-                    Plot{"forest_gen", "forests/forest_gen/forest0.bt",
-                         {-1.723, -4.168, 1.0}, {3.231, 0.271, 1.0}, 0.2}),
-    [](const auto& info) { return std::string(info.param.name); });
+INSTANTIATE_TEST_SUITE_P(Gallery, RealPlot,
+                         testing::Values(Plot{"ponderosa_mls_a",
+                                              "real/forest_ponderosa_mls/forest_mls_27x26_0.1.bt",
+                                              {-12.5, 5.9, 1.5},
+                                              {12.5, 10.7, 1.5},
+                                              0.2},
+                                         Plot{"ponderosa_mls_b",
+                                              "real/forest_ponderosa_mls/forest_mls_27x26_0.1.bt",
+                                              {-12.5, -12.3, 1.5},
+                                              {12.5, 4.1, 1.5},
+                                              0.2},
+                                         Plot{"ponderosa_tls",
+                                              "real/forest_ponderosa_tls/forest_tls_24x29_0.1.bt",
+                                              {-10.9, 9.3, 1.5},
+                                              {10.9, 6.9, 1.5},
+                                              0.2},
+                                         Plot{"forest_gen",
+                                              "forests/forest_gen/forest0.bt",
+                                              {-1.723, -4.168, 1.0},
+                                              {3.231, 0.271, 1.0},
+                                              0.2}),
+                         [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace
 }  // namespace slalom

@@ -176,10 +176,15 @@ void Engine::Impl::requestRefinement(const core::VehicleState& state, double t)
     return;
   refined_map = map->count;
   last_refine_t = t;
-  GlobalJob job{
-      flight->number,
-      {flight->reference_L, refined, map->field, state, clock.progress(), clock.pace(),
-       flight->offset.z(), {}}};
+  GlobalJob job{flight->number,
+                {flight->reference_L,
+                 refined,
+                 map->field,
+                 state,
+                 clock.progress(),
+                 clock.pace(),
+                 flight->offset.z(),
+                 {}}};
   if (pipeline.refine(std::move(job)) > 0) ++statistics.late_global;
 }
 
@@ -242,8 +247,9 @@ void Engine::Impl::plan(core::CycleRecord& record, double dt)
     record.pace = clock.pace();
     record.refined_point_L = input.reference->position(input.progress);
     const double ahead = config.global_planner.horizon_m / config.vehicle.max_speed_mps;
-    record.refined = samplePath(*input.reference, input.progress,
-                                std::min(input.reference->end(), input.progress + 2.0 * ahead), 0.1);
+    record.refined =
+        samplePath(*input.reference, input.progress,
+                   std::min(input.reference->end(), input.progress + 2.0 * ahead), 0.1);
     record.committed = samplePath(*input.reference, input.progress, input.law->to(), 0.1);
   }
   const Stopwatch watch;
@@ -286,17 +292,18 @@ void Engine::Impl::judge(const core::CycleRecord& record, double dt, bool drive)
   flight->reached = flight->reached || (at_end && (record.state.p_L - goal_L).norm() <=
                                                       config.mission.goal_tolerance_m);
   const bool rests = record.state.v_W.norm() < kAtRest_mps;
-  const bool holds = rests && outcome == RefineOutcome::GoalBlocked && refined &&
-                     (rejectsGoal() || (record.state.p_L - refined->spline.position(refined->stop_at))
-                                               .norm() <= config.mission.goal_tolerance_m);
+  const bool holds =
+      rests && outcome == RefineOutcome::GoalBlocked && refined &&
+      (rejectsGoal() || (record.state.p_L - refined->spline.position(refined->stop_at)).norm() <=
+                            config.mission.goal_tolerance_m);
   const bool near_enough = config.global_planner.goal_policy == GoalPolicy::NearestFree &&
                            goal.short_m <= config.global_planner.goal_radius_m;
   flight->reached = flight->reached || (holds && near_enough);
   standing_s = rests && drive && !holds && !flight->reached ? standing_s + dt : 0.0;
-  status = flight->reached                                   ? EngineStatus::GoalReached
-           : holds                                           ? EngineStatus::GoalBlocked
+  status = flight->reached                                 ? EngineStatus::GoalReached
+           : holds                                         ? EngineStatus::GoalBlocked
            : standing_s > config.mission.blocked_timeout_s ? EngineStatus::Unreachable
-                                                             : EngineStatus::Navigating;
+                                                           : EngineStatus::Navigating;
 }
 
 bool Engine::Impl::rejectsGoal() const

@@ -26,8 +26,8 @@ struct Flight
   spline::UniformBSpline reference_W;
   std::shared_ptr<const spline::UniformBSpline> reference_L;
   std::shared_ptr<const spline::TimeLaw> law;  ///< of R itself
-  Eigen::Vector3d offset;  ///< L minus W, as used for reference_L
-  double length;           ///< [m]
+  Eigen::Vector3d offset;                      ///< L minus W, as used for reference_L
+  double length;                               ///< [m]
   bool reached = false;
 };
 

@@ -33,7 +33,8 @@ void appendReference(Draft& draft, const UniformBSpline& r, Eigen::Index from, E
 
 Eigen::Index firstKept(Eigen::Index span, double knot_span)
 {
-  return std::max<Eigen::Index>(0, span - static_cast<Eigen::Index>(std::ceil(kPast_s / knot_span)));
+  return std::max<Eigen::Index>(0,
+                                span - static_cast<Eigen::Index>(std::ceil(kPast_s / knot_span)));
 }
 
 }  // namespace

@@ -16,11 +16,11 @@ constexpr Eigen::Index kFixedAtEnd = 3;  ///< position, velocity and acceleratio
  * those between are free, and as many as their way needs. */
 struct Draft
 {
-  Eigen::Matrix3Xd points;   ///< 3xN control points [m]
-  Eigen::VectorXd along;     ///< N: parameter of R that each stands for [s], non-decreasing
-  double start = 0.0;        ///< [s] parameter of the first knot
-  double knot_span = 0.2;    ///< [s]
-  Eigen::Index fixed = 4;    ///< leading columns
+  Eigen::Matrix3Xd points;  ///< 3xN control points [m]
+  Eigen::VectorXd along;    ///< N: parameter of R that each stands for [s], non-decreasing
+  double start = 0.0;       ///< [s] parameter of the first knot
+  double knot_span = 0.2;   ///< [s]
+  Eigen::Index fixed = 4;   ///< leading columns
   PlanEnd end = PlanEnd::OnReference;
 
   [[nodiscard]] Eigen::Index firstFree() const { return fixed; }

@@ -19,14 +19,15 @@ using core::DistanceField;
 using core::UnknownAs;
 using spline::UniformBSpline;
 
-constexpr int kGuides = 3;             // topologically distinct ways that are compared
-constexpr double kKeep = 0.9;          // another plan must be cheaper than this share of the present one
+constexpr int kGuides = 3;     // topologically distinct ways that are compared
+constexpr double kKeep = 0.9;  // another plan must be cheaper than this share of the present one
 constexpr int kChallengeEvery = 5;     // plans
 constexpr double kAwayFromR_m = 0.15;  // a plan nearer to R than this needs no challenge
 constexpr double kStanding_mps = 0.15;
 constexpr double kAltitudeAhead_s = 15.0;
 
-/// Altitude limits in the local frame, and not farther from those of R ahead than it may leave them.
+/// Altitude limits in the local frame, and not farther from those of R ahead than it may leave
+/// them.
 GlobalPlannerConfig inLocalFrame(GlobalPlannerConfig config, const GlobalPlannerInput& input)
 {
   const UniformBSpline& r = *input.reference;
@@ -34,10 +35,10 @@ GlobalPlannerConfig inLocalFrame(GlobalPlannerConfig config, const GlobalPlanner
   const Eigen::Index first = r.spanAt(at);
   const Eigen::Index last = std::min(r.size() - 1, r.spanAt(at + kAltitudeAhead_s) + 3);
   const auto z = r.controlPoints().row(2).segment(first, last - first + 1);
-  config.min_altitude_m = std::max(config.min_altitude_m + input.altitude_offset,
-                                   z.minCoeff() - config.max_climb_m);
-  config.max_altitude_m = std::min(config.max_altitude_m + input.altitude_offset,
-                                   z.maxCoeff() + config.max_climb_m);
+  config.min_altitude_m =
+      std::max(config.min_altitude_m + input.altitude_offset, z.minCoeff() - config.max_climb_m);
+  config.max_altitude_m =
+      std::min(config.max_altitude_m + input.altitude_offset, z.maxCoeff() + config.max_climb_m);
   return config;
 }
 
@@ -118,8 +119,8 @@ PlanStep::PlanStep(const GlobalPlannerConfig& config, const core::Vehicle& vehic
   restart_ = mustRestart();
   if (restart_) rho_ = joinTime();
   context_.window = chooseWindow(r_, rho_, config_.horizon_m, field_, 1.05 * context_.hard);
-  context_.reference_occupied = findOccupiedSegments(
-      r_, context_.window.from, context_.window.to, field_, config_.clearance_m, 0.6);
+  context_.reference_occupied = findOccupiedSegments(r_, context_.window.from, context_.window.to,
+                                                     field_, config_.clearance_m, 0.6);
   classifyGoal();
 }
 
@@ -167,8 +168,8 @@ void PlanStep::classifyGoal()
   else if (optimisticDistance(field_, goal) < context_.hard)
     goal_.state = GoalState::Occupied;
   else
-    goal_.state = field_.occupancy(goal) == core::Occupancy::Unknown ? GoalState::Unknown
-                                                                     : GoalState::Free;
+    goal_.state =
+        field_.occupancy(goal) == core::Occupancy::Unknown ? GoalState::Unknown : GoalState::Free;
 }
 
 /// Leads a draft around everything, by the cheapest of the ways around its first obstacle.
@@ -207,10 +208,10 @@ PlanStep::Attempt PlanStep::attempt(Draft draft, std::vector<Bypass> bypasses) c
     }
     if (result.best && refinement.travel_cost >= result.best->travel_cost) continue;
     result.best = std::move(refinement);
-    result.reason = ways.empty() ? "nothing in the way"
-                                 : "way " + std::to_string(k + 1) + " of " +
-                                       std::to_string(alternatives) + " around " +
-                                       std::to_string(bypasses.size()) + " stretch(es)";
+    result.reason = ways.empty()
+                        ? "nothing in the way"
+                        : "way " + std::to_string(k + 1) + " of " + std::to_string(alternatives) +
+                              " around " + std::to_string(bypasses.size()) + " stretch(es)";
   }
   return result;
 }
@@ -264,8 +265,8 @@ PlanStep::Attempt PlanStep::approach(const Attempt& failed, PlanEnd end) const
   if (!failed.blocked)
   {
     way.from_L = draft.points.col(draft.points.cols() - 1);
-    const GuideSearch search = searchGuides(field_, way.from_L, r_.position(r_.end()),
-                                            config_.clearance_m, 1, config_);
+    const GuideSearch search =
+        searchGuides(field_, way.from_L, r_.position(r_.end()), config_.clearance_m, 1, config_);
     rest = search.nearest_L;
     way.first = draft.points.cols();
   }
@@ -288,8 +289,7 @@ bool PlanStep::isChallenged(const Refinement& plan) const
   if (plan.draft.end == PlanEnd::Braking || plan.draft.end == PlanEnd::NearReference) return true;
   if (plan.draft.end == PlanEnd::NearGoal && !context_.window.goal_blocked) return true;
   if (previous_->sequence % kChallengeEvery != 0) return false;
-  const Eigen::Matrix3Xd off =
-      plan.draft.points - referencePoints(r_, plan.draft.along);
+  const Eigen::Matrix3Xd off = plan.draft.points - referencePoints(r_, plan.draft.along);
   return off.rightCols(off.cols() - plan.draft.fixed).colwise().norm().maxCoeff() > kAwayFromR_m;
 }
 
@@ -311,8 +311,8 @@ std::vector<double> PlanStep::tightSpeeds(const UniformBSpline& curve, double fr
       left = std::min(left, optimisticDistance(field_, line.col(k)) - vehicle_.radius_m);
     const double allowed = config_.tight_speed_mps + std::max(0.0, left) / config_.reaction_s;
     // Half of what braking could take away, so that the law has room for the curve's bends.
-    speeds[static_cast<std::size_t>(span)] =
-        std::min(vehicle_.max_speed_mps, std::max(allowed, 1.01 * std::sqrt(std::max(0.0, braked))));
+    speeds[static_cast<std::size_t>(span)] = std::min(
+        vehicle_.max_speed_mps, std::max(allowed, 1.01 * std::sqrt(std::max(0.0, braked))));
     braked -= vehicle_.max_acceleration_mps2 * (line.col(kSamples - 1) - line.col(0)).norm();
   }
   return speeds;
@@ -325,8 +325,8 @@ RefinedReference PlanStep::promise(const UniformBSpline& curve, Eigen::VectorXd 
   const double from = std::clamp(in_.progress, curve.start(), curve.end());
   double stop_at = clear_until;
   if (config_.unknown == UnknownPolicy::Avoid)
-    stop_at = certify(curve, from, clear_until, field_, UnknownAs::Occupied, vehicle_.radius_m)
-                  .until;
+    stop_at =
+        certify(curve, from, clear_until, field_, UnknownAs::Occupied, vehicle_.radius_m).until;
   const double pace = restart_ ? 1.0 : in_.pace;
   RefinedReference promised{
       curve, std::move(along),
@@ -363,8 +363,8 @@ GlobalPlannerOutput PlanStep::keep(Attempt failed, RefineOutcome outcome)
 {
   Draft draft = begin();
   if (restart_)
-    draft.restAt(in_.state.p_L + in_.state.v_W * in_.state.v_W.norm() /
-                                     (2.0 * vehicle_.max_acceleration_mps2),
+    draft.restAt(in_.state.p_L +
+                     in_.state.v_W * in_.state.v_W.norm() / (2.0 * vehicle_.max_acceleration_mps2),
                  PlanEnd::Braking);
   const bool unchanged = previous_ && !restart_;
   const UniformBSpline curve = unchanged ? previous_->spline : draft.curve();
@@ -380,8 +380,8 @@ GlobalPlannerOutput PlanStep::keep(Attempt failed, RefineOutcome outcome)
   record.stop_excess = kept.law.excess();
   record.certificate_margin_m = certificate.margin_m;
   record.min_clearance_m = minClearance(curve, in_.progress, curve.end(), field_);
-  record.outcome = std::string(toString(outcome)) +
-                   (failed.reason.empty() ? "" : " (" + failed.reason + ")");
+  record.outcome =
+      std::string(toString(outcome)) + (failed.reason.empty() ? "" : " (" + failed.reason + ")");
   return {outcome, goal_, std::make_shared<const RefinedReference>(std::move(kept)),
           std::move(record)};
 }
@@ -405,7 +405,7 @@ GlobalPlannerOutput PlanStep::run()
   }
   const bool at_end = context_.window.goal_blocked || context_.window.to >= r_.end();
   if (plan.best && plan.best->draft.end == PlanEnd::Braking)
-    {
+  {
     plan.reason = "brakes";
     return keep(std::move(plan), RefineOutcome::StillOccupied);
   }
@@ -434,10 +434,10 @@ GlobalPlannerOutput PlanStep::run()
   {
     goal_.nearest_L = plan.best->draft.points.col(plan.best->draft.points.cols() - 1);
     goal_.short_m = (goal_.nearest_L - r_.position(r_.end())).norm();
-    return commit(plan, blocked                  ? RefineOutcome::GoalBlocked
-                              : plan.best->recovered   ? RefineOutcome::Recovered
-                              : plan.led_around      ? RefineOutcome::Refined
-                                                       : RefineOutcome::Clear);
+    return commit(plan, blocked                ? RefineOutcome::GoalBlocked
+                        : plan.best->recovered ? RefineOutcome::Recovered
+                        : plan.led_around      ? RefineOutcome::Refined
+                                               : RefineOutcome::Clear);
   }
   const bool no_way = plan.blocked.has_value();
   return keep(std::move(plan), blocked  ? RefineOutcome::GoalBlocked

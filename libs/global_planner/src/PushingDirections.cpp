@@ -172,8 +172,8 @@ GuideSearch searchGuides(const core::DistanceField& field, const Eigen::Vector3d
     box.max().z() = std::min(box.max().z(), config.max_altitude_m);
     return box.extend(start).extend(goal);
   };
-  auto found = search::findDistinctPaths(field, start, goal, keepAltitude(near), search_config,
-                                         count);
+  auto found =
+      search::findDistinctPaths(field, start, goal, keepAltitude(near), search_config, count);
   if (found.front().status == search::SearchStatus::Unreachable)
     found = search::findDistinctPaths(field, start, goal, keepAltitude(field.bounds()),
                                       search_config, count);
@@ -187,8 +187,7 @@ GuideSearch searchGuides(const core::DistanceField& field, const Eigen::Vector3d
 }
 
 PushingPath pushAlong(const core::DistanceField& field, const Eigen::Matrix3Xd& guide,
-                      Eigen::Index points, double hard_clearance,
-                      const GlobalPlannerConfig& config)
+                      Eigen::Index points, double hard_clearance, const GlobalPlannerConfig& config)
 {
   PushingPath result;
   result.guide = guide;

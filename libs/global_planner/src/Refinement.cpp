@@ -18,8 +18,8 @@ using spline::UniformBSpline;
 constexpr double kMergeGap_s = 0.6;
 constexpr double kTurnOff_m = 1.0;  // room before and behind an obstacle to turn off and back
 constexpr double kFitAround_s = 1.0;
-constexpr double kRidge = 0.2;      // a flatter distance has no side
-constexpr double kStronger = 4.0;   // J_obs from attempt to attempt
+constexpr double kRidge = 0.2;     // a flatter distance has no side
+constexpr double kStronger = 4.0;  // J_obs from attempt to attempt
 
 double polylineLength(const Eigen::Matrix3Xd& line)
 {
@@ -70,8 +70,8 @@ class Work
   std::vector<Push> pushes_;  // anchors belong to the points they were made for: anew each attempt
 };
 
-/// Replaces the bypassed columns by as many as S_* is long, at the pace of full speed, but not fewer
-/// than R has there.
+/// Replaces the bypassed columns by as many as S_* is long, at the pace of full speed, but not
+/// fewer than R has there.
 void Work::lead(const Bypass& bypass, const PushingPath& path)
 {
   Draft& draft = result_.draft;
@@ -96,8 +96,7 @@ void Work::lead(const Bypass& bypass, const PushingPath& path)
     // S_* already keeps D_z where the gap permits, so the pull ends on it: its anchor lies D_z
     // behind (D-05).
     const Eigen::Vector3d direction = pull.normalized();
-    pushes_.push_back(
-        {bypass.first + j, target - c_.config.clearance_m * direction, direction});
+    pushes_.push_back({bypass.first + j, target - c_.config.clearance_m * direction, direction});
     result_.record.directions.push_back({old.col(j + 1), target});
   }
   draft.replace(bypass.first, bypass.last, points, along);
@@ -283,8 +282,7 @@ double Work::travelCost(const UniformBSpline& curve) const
   double cost = 0.0;
   for (Eigen::Index k = 0; k < count; ++k)
   {
-    const double missing =
-        c_.config.clearance_m - optimisticDistance(c_.field, line.col(k + 1));
+    const double missing = c_.config.clearance_m - optimisticDistance(c_.field, line.col(k + 1));
     cost += (line.col(k + 1) - line.col(k)).norm() *
             (1.0 + c_.config.guide_proximity_weight * std::max(0.0, missing) / tight);
   }
@@ -299,7 +297,8 @@ bool Work::examine(std::optional<Refinement>& accepted)
   // before, and the map of then was another one.
   const double radius = c_.vehicle.radius_m, margin = c_.config.margin_m;
   const double from = std::min(c_.progress, curve.end());
-  const double given = std::clamp(result_.draft.influence(result_.draft.fixed - 1), from, curve.end());
+  const double given =
+      std::clamp(result_.draft.influence(result_.draft.fixed - 1), from, curve.end());
   result_.certificate = certify(curve, from, given, c_.field, UnknownAs::Free, radius);
   if (!result_.certificate.holds(given)) return false;
   const Certificate rest =
@@ -335,7 +334,8 @@ Refinement Work::run(std::vector<Bypass> bypasses, std::vector<Eigen::Matrix3Xd>
     keepClear();
     minimise(gain);
     result_.failure = "not clear after optimisation";
-    if (examine(accepted) && result_.certificate.margin_m >= c_.config.margin_m + comfortable) break;
+    if (examine(accepted) && result_.certificate.margin_m >= c_.config.margin_m + comfortable)
+      break;
     if (accepted || bypasses.empty()) continue;
     // S_* lies inside its polyhedra, however much J would rather have a smoother way.
     std::swap(result_.draft, pushed);
@@ -354,8 +354,8 @@ std::vector<Bypass> bypassesOf(const Draft& draft, const StepContext& context)
   std::vector<Bypass> bypasses;
   const auto columnAfter = [&](double t)
   { return static_cast<Eigen::Index>(std::ceil((t - draft.start) / draft.knot_span + 1.0)); };
-  for (const OccupiedSegment& s : findOccupiedSegments(curve, from, curve.end(), context.field,
-                                                       context.hard, kMergeGap_s))
+  for (const OccupiedSegment& s :
+       findOccupiedSegments(curve, from, curve.end(), context.field, context.hard, kMergeGap_s))
   {
     // As far before and behind as it takes to turn off, while the curve stays free.
     const auto widened = [&](double t, double step)

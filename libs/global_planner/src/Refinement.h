@@ -48,11 +48,11 @@ struct Bypass
 struct Refinement
 {
   Draft draft;
-  Certificate certificate;    ///< against known obstacles, from the vehicle's progress on
-  bool accepted = false;      ///< proved over its whole length
-  bool recovered = false;     ///< by projections [Paper Eq. (5)]
-  std::string failure;        ///< why not accepted
-  double travel_cost = 0.0;   ///< [m] length, dearer where it is nearer than D_z
+  Certificate certificate;   ///< against known obstacles, from the vehicle's progress on
+  bool accepted = false;     ///< proved over its whole length
+  bool recovered = false;    ///< by projections [Paper Eq. (5)]
+  std::string failure;       ///< why not accepted
+  double travel_cost = 0.0;  ///< [m] length, dearer where it is nearer than D_z
   core::RefinementRecord record;
 };
 

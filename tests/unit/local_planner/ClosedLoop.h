@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "AnalyticField.h"
+#include "Laws.h"
 #include "slalom/core/Math.h"
 #include "slalom/local_planner/LocalPlanner.h"
 
@@ -28,7 +29,7 @@ class ClosedLoop
         planner_(config, vehicle),
         progress_(reference_->start())
   {
-    input.stop_at = reference_->end();
+    input.law = lawTo(*reference_, reference_->end());
     input.reference = reference_;
     input.field = field_;
     state.p_L = reference_->position(progress_);
@@ -49,7 +50,7 @@ class ClosedLoop
     yaw = core::wrapAngle(yaw + kPeriod * command.yaw_rate);
     turned += kPeriod * std::abs(command.yaw_rate);
     const double nearest = reference_->project(state.p_L, progress_ - 1.0, progress_ + 1.0);
-    progress_ = std::min({progress_ + input.rate * kPeriod, nearest + lead, input.stop_at});
+    progress_ = std::min(input.law->advance(progress_, kPeriod), nearest + lead);
     return output;
   }
 
@@ -74,7 +75,7 @@ class ClosedLoop
 
   core::VehicleState state;
   core::VelocityCommand command;
-  local_planner::LocalPlannerInput input;  ///< field, reference, stop_at, rate may be changed
+  local_planner::LocalPlannerInput input;  ///< field, reference, law may be changed
   double yaw = 0.0;
   double turned = 0.0;  ///< [rad] sum of all turning
   double lead = 1.0;    ///< [s]

@@ -22,7 +22,7 @@ LocalPlannerInput along(const Vector3d& velocity, double yaw)
   LocalPlannerInput input;
   input.reference = straightReference(Vector3d(1.0, 2.0, 3.0), velocity, 20.0);
   input.progress = 2.0;
-  input.stop_at = input.reference->end();
+  input.law = slalom::test::lawTo(*input.reference, input.reference->end());
   input.state.q_WB = slalom::core::fromYaw(yaw);
   return input;
 }
@@ -31,17 +31,16 @@ TEST(HorizonReference, FollowsTheSplineAndRestsAtItsStop)
 {
   const LocalPlannerConfig config;
   LocalPlannerInput input = along(Vector3d(1.0, 0.0, 0.2), 0.0);
-  input.rate = 0.5;
-  input.stop_at = 2.5;  // reached after one second at half pace
+  input.law = slalom::test::lawTo(*input.reference, 2.5, 0.5);  // one second at half pace
   const HorizonReference horizon = sampleHorizon(input, config, Vehicle{}, std::nullopt);
   for (int k = 0; k <= config.horizon; ++k)
   {
     const double parameter = std::min(2.5, 2.0 + 0.5 * 0.1 * k);
     EXPECT_LE((horizon.states.col(k).head<3>() - input.reference->position(parameter)).norm(),
-              1e-12);
+              1e-5);
     if (k == config.horizon) break;
     const Vector3d v = k < 10 ? Vector3d(0.5, 0.0, 0.1) : Vector3d::Zero();
-    EXPECT_LE((horizon.inputs.col(k).head<3>() - v).norm(), 1e-12) << k;
+    EXPECT_LE((horizon.inputs.col(k).head<3>() - v).norm(), 1e-5) << k;
   }
 }
 
@@ -55,7 +54,7 @@ TEST(HorizonReference, InputsLeadFromPointToPointOnCurves)
   LocalPlannerInput input;
   input.reference = std::make_shared<slalom::spline::UniformBSpline>(points, 0.2);
   input.progress = 1.0;
-  input.stop_at = input.reference->end();
+  input.law = slalom::test::lawTo(*input.reference, input.reference->end());
   const HorizonReference horizon = sampleHorizon(input, {}, Vehicle{}, std::nullopt);
   for (int k = 0; k < 15; ++k)
     EXPECT_LE((horizon.states.col(k + 1) - horizon.states.col(k) - 0.1 * horizon.inputs.col(k))

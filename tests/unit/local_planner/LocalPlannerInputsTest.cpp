@@ -90,9 +90,9 @@ TEST(LocalPlannerInputs, CommandsAreLawfulWhateverComesIn)
       input.state.q_WB = slalom::core::fromYaw(number(3.0));
       input.last_command = {number.vector(2.0), number(2.0)};
       input.progress = number(12.0);
-      input.rate = number(1.5);
-      input.stop_at = number(15.0);
       if (rng.integer(0, 20) > 0) input.reference = reference;
+      if (rng.integer(0, 20) > 0)
+        input.law = slalom::test::lawTo(*reference, rng.uniform(0.0, 15.0), rng.uniform(0.1, 2.0));
       if (rng.integer(0, 4) > 0) input.field = field;
       if (rng.integer(0, 20) == 0) input.field = std::make_shared<slalom::test::BrokenField>();
       if (rng.integer(0, 20) == 0) input.deadline = kPast;
@@ -103,9 +103,8 @@ TEST(LocalPlannerInputs, CommandsAreLawfulWhateverComesIn)
       braked += output.fallback == Fallback::Brake;
       const bool sane = input.state.p_L.allFinite() && input.state.v_W.allFinite() &&
                         input.last_command.v_W.allFinite() && std::isfinite(input.progress) &&
-                        std::isfinite(input.last_command.yaw_rate) && std::isfinite(input.rate) &&
-                        std::isfinite(input.stop_at);
-      if (!sane || !input.reference)
+                        std::isfinite(input.last_command.yaw_rate);
+      if (!sane || !input.reference || !input.law)
       {
         EXPECT_EQ(output.fallback, Fallback::Brake) << output.reason;
       }
@@ -120,7 +119,7 @@ TEST(LocalPlannerInputs, NanBrakesFromTheLastLawfulCommand)
   LocalPlanner planner({}, Vehicle{});
   LocalPlannerInput input;
   input.reference = straightReference(Vector3d::Zero(), Vector3d(1, 0, 0), 10.0);
-  input.stop_at = 10.0;
+  input.law = slalom::test::lawTo(*input.reference, 10.0);
   input.state.p_L.y() = kNan;
   input.last_command.v_W = Vector3d(1.0, -0.05, 0.4);
   const LocalPlannerOutput output = planner.step(input);

@@ -68,7 +68,7 @@ TEST(LocalPlannerTracking, RestsAtTheStop)
 {
   const auto reference = straightReference(Vector3d(0, 0, 1), Vector3d(1.0, 0.4, 0.0), 20.0);
   ClosedLoop loop(reference, fieldOf({}));
-  loop.input.stop_at = 6.0;
+  loop.input.law = slalom::test::lawTo(*reference, 6.0);
   loop.fly(12.0);
   const Vector3d stop = reference->position(6.0);
   const double course = std::atan2(0.4, 1.0);
@@ -99,8 +99,9 @@ TEST(LocalPlannerTracking, YawTurnsTheShortWayAcrossPi)
 
 TEST(LocalPlannerTracking, PaceIsHonoured)
 {
-  ClosedLoop loop(straightReference(Vector3d::Zero(), Vector3d(1.0, 0, 0), 20.0), fieldOf({}));
-  loop.input.rate = 0.4;
+  const auto reference = straightReference(Vector3d::Zero(), Vector3d(1.0, 0, 0), 20.0);
+  ClosedLoop loop(reference, fieldOf({}));
+  loop.input.law = slalom::test::lawTo(*reference, reference->end(), 0.4);
   loop.fly(6.0);
   EXPECT_NEAR(loop.command.v_W.x(), 0.4, 0.01);
   EXPECT_LE(loop.trackingError(), 0.02);

@@ -33,7 +33,7 @@ enum class RefineOutcome
 /// What the newest map says about the end of R.
 enum class GoalState
 {
-  NotSeen,     ///< beyond the map
+  NotSeen,  ///< beyond the map
   Free,
   Unknown,     ///< inside the map, never seen
   Occupied,    ///< an obstacle is nearer than the vehicle's radius

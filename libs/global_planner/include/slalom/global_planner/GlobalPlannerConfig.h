@@ -34,10 +34,11 @@ struct GlobalPlannerConfig
   double max_climb_m = 0.2;   ///< [m] box constraint: never farther above or below R than this
   double min_altitude_m = 0.3, max_altitude_m = 50.0;  ///< [m] box constraint in z, world frame
   double restart_distance_m =
-      1.0;                    ///< [m] farther from its plan than this the vehicle gets a new start
-  double margin_m = 0.05;        ///< [m] plans are proved to keep the vehicle's radius and this
+      1.0;                 ///< [m] farther from its plan than this the vehicle gets a new start
+  double margin_m = 0.05;  ///< [m] plans are proved to keep the vehicle's radius and this
   double tight_speed_mps = 0.4;  ///< [m/s] speed allowed where nothing is left to the sides ...
-  double reaction_s = 0.2;  ///< [s] ... and more by what is left per this: tracking error over speed
+  double reaction_s =
+      0.2;  ///< [s] ... and more by what is left per this: tracking error over speed
   UnknownPolicy unknown = UnknownPolicy::Avoid;
   GoalPolicy goal_policy = GoalPolicy::Approach;
   double goal_radius_m = 1.0;  ///< [m] GoalPolicy::NearestFree

@@ -12,10 +12,10 @@ namespace slalom::global_planner
 /// How a plan ends.
 enum class PlanEnd
 {
-  OnReference,  ///< R goes on behind it, or ends there
+  OnReference,    ///< R goes on behind it, or ends there
   NearGoal,       ///< at rest at the reachable point nearest to a goal that is blocked
   NearReference,  ///< at rest at the reachable point nearest to where R could be met again
-  Braking       ///< at rest where the vehicle can stop: no way on was found from here
+  Braking         ///< at rest where the vehicle can stop: no way on was found from here
 };
 
 /** The refined reference: what the vehicle is to fly from now on, and the promise that goes with
