@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "PushingProgram.h"
 #include "slalom/geometry/ConvexDecomposition.h"
-#include "slalom/optim/PathQp.h"
+#include "slalom/global_planner/Retreat.h"
 #include "slalom/search/GridSearch.h"
 
 namespace slalom::global_planner
@@ -13,6 +15,8 @@ namespace slalom::global_planner
 namespace
 {
 using core::HalfSpaces;
+
+constexpr double kRetreat_m = 1.0;  // how far an end may be moved to get out of hard clearance
 
 search::SearchResult searchGuide(const core::DistanceField& field, const Eigen::Vector3d& start_L,
                                  const Eigen::Vector3d& goal_L, double hard_clearance,
@@ -94,17 +98,8 @@ std::vector<HalfSpaces> decomposeAlong(const core::DistanceField& field,
   return sets;
 }
 
-/// Arc length up to each column.
-Eigen::VectorXd arcLength(const Eigen::Matrix3Xd& path)
-{
-  Eigen::VectorXd s = Eigen::VectorXd::Zero(path.cols());
-  for (Eigen::Index k = 1; k < path.cols(); ++k)
-    s[k] = s[k - 1] + (path.col(k) - path.col(k - 1)).norm();
-  return s;
-}
-
-/// Point j of n belongs to the piece at its share of the arc length; near a joint it belongs to
-/// both neighbours.
+/// Point j of n belongs to the piece at its share of the arc length, named first; near a joint it
+/// belongs to both neighbours.
 std::vector<std::vector<const HalfSpaces*>> assign(const Eigen::VectorXd& s, Eigen::Index points,
                                                    const std::vector<HalfSpaces>& sets)
 {
@@ -116,83 +111,148 @@ std::vector<std::vector<const HalfSpaces*>> assign(const Eigen::VectorXd& s, Eig
     for (std::size_t k = 0; k < sets.size(); ++k)
     {
       const double lo = s[Eigen::Index(k)], hi = s[Eigen::Index(k) + 1];
-      if (at >= lo - 0.5 * spacing && at <= hi + 0.5 * spacing)
-        assigned[std::size_t(j)].push_back(&sets[k]);
+      if (at < lo - 0.5 * spacing || at > hi + 0.5 * spacing) continue;
+      auto& of_point = assigned[std::size_t(j)];
+      of_point.insert(at >= lo && at <= hi ? of_point.begin() : of_point.end(), &sets[k]);
     }
   }
   return assigned;
 }
 
-Eigen::Matrix3Xd resample(const Eigen::Matrix3Xd& path, const Eigen::VectorXd& s,
-                          Eigen::Index points)
+/// A guide that starts or ends too near to obstacles begins or ends with a straight leg.
+struct Legs
 {
-  Eigen::Matrix3Xd even(3, points);
-  Eigen::Index k = 0;
-  for (Eigen::Index j = 0; j < points; ++j)
+  Legs(const core::DistanceField& field, const Eigen::Matrix3Xd& guide, double hard_clearance)
   {
-    const double at = s[s.size() - 1] * static_cast<double>(j) / static_cast<double>(points - 1);
-    while (k + 2 < s.size() && s[k + 1] < at) ++k;
-    const double length = s[k + 1] - s[k];
-    const double u = length > 0.0 ? std::clamp((at - s[k]) / length, 0.0, 1.0) : 0.0;
-    even.col(j) = (1.0 - u) * path.col(k) + u * path.col(k + 1);
+    const auto tooNear = [&](Eigen::Index k)
+    {
+      const auto distance = field.distance(guide.col(k), core::UnknownAs::Free);
+      return distance && *distance < hard_clearance;
+    };
+    const Eigen::Index last = guide.cols() - 1;
+    if (last < 2) return;
+    if (tooNear(0)) first = 1;
+    if (last - first > 1 && tooNear(last)) behind = 1;
   }
-  return even;
-}
+  Eigen::Index first = 0, behind = 0;  // columns of the guide before and behind its clear part
+};
 
-/// Dead-zone recovery [Paper Eq. (5)]: every point moves to the nearest point of its own
-/// polyhedron.
-Eigen::Matrix3Xd projectAll(Eigen::Matrix3Xd points,
-                            const std::vector<std::vector<const HalfSpaces*>>& sets)
+/// Points evenly along the way from a to b, without b.
+Eigen::Matrix3Xd legPoints(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Eigen::Index edges)
 {
-  for (Eigen::Index j = 0; j < points.cols(); ++j)
-    if (!sets[std::size_t(j)].empty())
-      if (const auto nearest = geometry::project(points.col(j), *sets[std::size_t(j)].front()))
-        points.col(j) = *nearest;
+  Eigen::Matrix3Xd points(3, edges);
+  for (Eigen::Index i = 0; i < edges; ++i)
+    points.col(i) = a + (b - a) * (static_cast<double>(i) / static_cast<double>(edges));
   return points;
 }
 
+Eigen::Matrix3Xd joined(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b)
+{
+  Eigen::Matrix3Xd both(3, a.cols() + b.cols());
+  both << a, b;
+  return both;
+}
+
+std::string blocked(search::SearchStatus status)
+{
+  return status == search::SearchStatus::StartBlocked  ? "guide: start blocked"
+         : status == search::SearchStatus::GoalBlocked ? "guide: goal blocked"
+         : status == search::SearchStatus::Unreachable ? "guide: no way around"
+                                                       : "guide: search limit";
+}
+
 }  // namespace
+
+std::string_view toString(PushingMethod method)
+{
+  switch (method)
+  {
+    case PushingMethod::Program:
+      return "Program";
+    case PushingMethod::ProjectedAndSmoothed:
+      return "ProjectedAndSmoothed";
+    case PushingMethod::Projected:
+      return "Projected";
+  }
+  return "?";
+}
+
+PushingPath pushAlong(const core::DistanceField& field, const Eigen::Matrix3Xd& guide,
+                      Eigen::Index points, double hard_clearance, const GlobalPlannerConfig& config)
+{
+  PushingPath result;
+  result.guide = guide;
+  const Legs legs(field, guide, hard_clearance);
+  const Eigen::Index n = guide.cols();
+  const Eigen::Matrix3Xd clear = guide.middleCols(legs.first, n - legs.first - legs.behind);
+  const Eigen::Matrix3Xd pieces = cutIntoPieces(clear, config.piece_m);
+  // Obstacles are voxel centres, the clearance counts from their surface.
+  result.polyhedra =
+      decomposeAlong(field, pieces, hard_clearance + 0.5 * field.resolution(), config);
+
+  // A leg has its share of the points by length, at least one.
+  const Eigen::VectorXd s = arcLength(pieces);
+  if (legs.first > 0) result.retreat_m = (guide.col(1) - guide.col(0)).norm();
+  if (legs.behind > 0) result.approach_m = (guide.col(n - 1) - guide.col(n - 2)).norm();
+  const double length = s[s.size() - 1] + result.retreat_m + result.approach_m;
+  const auto edges = [&](double leg) -> Eigen::Index
+  {
+    const double share = leg > 0.0 ? leg / length * static_cast<double>(points - 1) : 0.0;
+    return leg > 0.0 ? std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::round(share))) : 0;
+  };
+  const Eigen::Index before = edges(result.retreat_m), after = edges(result.approach_m);
+
+  PushingProgram program;
+  program.points = resample(pieces, s, std::max<Eigen::Index>(2, points - before - after));
+  program.sets = assign(s, program.points.cols(), result.polyhedra);
+  program.margin = std::max(0.0, config.clearance_m - hard_clearance);
+  program.form = config.pushing;
+  PushingProgramSolution solution = solvePushing(program);
+  result.found = true;
+  result.solve = solution.solve;
+  result.method = solution.method;
+  result.recovered = solution.method != PushingMethod::Program;
+  if (result.recovered)
+    result.reason = "pushing program " + std::string(toString(solution.solve.termination)) + ": " +
+                    std::string(toString(solution.method));
+  result.path = std::move(solution.path);
+  if (before > 0) result.path = joined(legPoints(guide.col(0), guide.col(1), before), result.path);
+  if (after > 0)
+    result.path =
+        joined(result.path,
+               legPoints(guide.col(n - 1), guide.col(n - 2), after).rowwise().reverse().eval());
+  return result;
+}
 
 PushingPath findPushingPath(const core::DistanceField& field, const Eigen::Vector3d& start_L,
                             const Eigen::Vector3d& goal_L, Eigen::Index points,
                             double hard_clearance, const GlobalPlannerConfig& config)
 {
-  PushingPath result;
-  const search::SearchResult guide = searchGuide(field, start_L, goal_L, hard_clearance, config);
-  if (guide.status != search::SearchStatus::Found)
+  // Where the distance is interpolated, exactly the clearance here may be a little less there.
+  const auto clear_of = [&](const Eigen::Vector3d& place)
   {
-    result.reason = guide.status == search::SearchStatus::StartBlocked  ? "guide: start blocked"
-                    : guide.status == search::SearchStatus::GoalBlocked ? "guide: goal blocked"
-                    : guide.status == search::SearchStatus::Unreachable ? "guide: no way around"
-                                                                        : "guide: search limit";
+    const auto here = field.distance(place, core::UnknownAs::Free);
+    if (here && *here >= hard_clearance) return std::optional(place);
+    return findRetreat(field, place, 1.02 * hard_clearance, kRetreat_m);
+  };
+  PushingPath result;
+  const auto start = clear_of(start_L), goal = clear_of(goal_L);
+  if (!start || !goal)
+  {
+    result.reason =
+        blocked(start ? search::SearchStatus::GoalBlocked : search::SearchStatus::StartBlocked);
     return result;
   }
-  result.guide = guide.path;
-  const Eigen::Matrix3Xd pieces = cutIntoPieces(guide.path, config.piece_m);
-  // Obstacles are voxel centres, the clearance counts from their surface.
-  result.polyhedra =
-      decomposeAlong(field, pieces, hard_clearance + 0.5 * field.resolution(), config);
-
-  const Eigen::VectorXd s = arcLength(pieces);
-  optim::PathQp program;
-  program.first = start_L;
-  program.last = goal_L;
-  program.points = points;
-  program.sets = assign(s, points, result.polyhedra);
-  program.margin = std::max(0.0, config.clearance_m - hard_clearance);
-  const optim::PathQpSolution solution = optim::solve(program);
-  result.solve = solution.report;
-  result.found = true;
-  if (solution.report.converged())
-    result.path = solution.points;
-  else
+  const search::SearchResult search = searchGuide(field, *start, *goal, hard_clearance, config);
+  if (search.status != search::SearchStatus::Found)
   {
-    result.path = projectAll(resample(pieces, s, points), program.sets);
-    result.recovered = true;
-    result.reason = "pushing program " + std::string(toString(solution.report.termination)) +
-                    ", points projected";
+    result.reason = blocked(search.status);
+    return result;
   }
-  return result;
+  Eigen::Matrix3Xd guide = search.path;
+  if (*start != start_L) guide = joined(start_L, guide);
+  if (*goal != goal_L) guide = joined(guide, goal_L);
+  return pushAlong(field, guide, points, hard_clearance, config);
 }
 
 }  // namespace slalom::global_planner
