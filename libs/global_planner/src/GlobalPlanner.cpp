@@ -9,7 +9,7 @@
 
 #include "Draft.h"
 #include "Refinement.h"
-#include "slalom/global_planner/PushingDirections.h"
+#include "slalom/global_planner/Guides.h"
 
 namespace slalom::global_planner
 {

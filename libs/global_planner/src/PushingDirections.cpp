@@ -4,45 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "PushingProgram.h"
 #include "slalom/geometry/ConvexDecomposition.h"
-#include "slalom/optim/PathQp.h"
-#include "slalom/search/GridSearch.h"
 
 namespace slalom::global_planner
 {
 namespace
 {
 using core::HalfSpaces;
-
-std::string reasonFor(search::SearchStatus status)
-{
-  switch (status)
-  {
-    case search::SearchStatus::Found:
-      return {};
-    case search::SearchStatus::StartBlocked:
-      return "guide: start blocked";
-    case search::SearchStatus::GoalBlocked:
-      return "guide: goal blocked";
-    case search::SearchStatus::Unreachable:
-      return "guide: no way around";
-    case search::SearchStatus::ExpansionLimit:
-      return "guide: search limit";
-  }
-  return "guide";
-}
-
-/// Moves a point up the distance gradient until it keeps `clearance`, at most two metres.
-Eigen::Vector3d escape(const core::DistanceField& field, Eigen::Vector3d p_L, double clearance)
-{
-  for (int i = 0; i < 10; ++i)
-  {
-    const auto here = field.sample(p_L, core::UnknownAs::Free);
-    if (!here || here->distance >= clearance || here->gradient.norm() < 1e-3) break;
-    p_L += here->gradient.normalized() * std::min(0.2, clearance - here->distance + 1e-3);
-  }
-  return p_L;
-}
 
 /// Cuts every edge into equal pieces not longer than `longest`.
 Eigen::Matrix3Xd cutIntoPieces(const Eigen::Matrix3Xd& path, double longest)
@@ -93,17 +62,8 @@ std::vector<HalfSpaces> decomposeAlong(const core::DistanceField& field,
   return sets;
 }
 
-/// Arc length up to each column.
-Eigen::VectorXd arcLength(const Eigen::Matrix3Xd& path)
-{
-  Eigen::VectorXd s = Eigen::VectorXd::Zero(path.cols());
-  for (Eigen::Index k = 1; k < path.cols(); ++k)
-    s[k] = s[k - 1] + (path.col(k) - path.col(k - 1)).norm();
-  return s;
-}
-
-/// Point j of n belongs to the piece at its share of the arc length; near a joint it belongs to
-/// both neighbours.
+/// Point j of n belongs to the piece at its share of the arc length, named first; near a joint it
+/// belongs to both neighbours.
 std::vector<std::vector<const HalfSpaces*>> assign(const Eigen::VectorXd& s, Eigen::Index points,
                                                    const std::vector<HalfSpaces>& sets)
 {
@@ -115,75 +75,62 @@ std::vector<std::vector<const HalfSpaces*>> assign(const Eigen::VectorXd& s, Eig
     for (std::size_t k = 0; k < sets.size(); ++k)
     {
       const double lo = s[Eigen::Index(k)], hi = s[Eigen::Index(k) + 1];
-      if (at >= lo - 0.5 * spacing && at <= hi + 0.5 * spacing)
-        assigned[std::size_t(j)].push_back(&sets[k]);
+      if (at < lo - 0.5 * spacing || at > hi + 0.5 * spacing) continue;
+      auto& of_point = assigned[std::size_t(j)];
+      of_point.insert(at >= lo && at <= hi ? of_point.begin() : of_point.end(), &sets[k]);
     }
   }
   return assigned;
 }
 
-Eigen::Matrix3Xd resample(const Eigen::Matrix3Xd& path, const Eigen::VectorXd& s,
-                          Eigen::Index points)
+/// A guide that starts or ends too near to obstacles begins or ends with a straight leg.
+struct Legs
 {
-  Eigen::Matrix3Xd even(3, points);
-  Eigen::Index k = 0;
-  for (Eigen::Index j = 0; j < points; ++j)
+  Legs(const core::DistanceField& field, const Eigen::Matrix3Xd& guide, double hard_clearance)
   {
-    const double at = s[s.size() - 1] * static_cast<double>(j) / static_cast<double>(points - 1);
-    while (k + 2 < s.size() && s[k + 1] < at) ++k;
-    const double length = s[k + 1] - s[k];
-    const double u = length > 0.0 ? std::clamp((at - s[k]) / length, 0.0, 1.0) : 0.0;
-    even.col(j) = (1.0 - u) * path.col(k) + u * path.col(k + 1);
+    const auto tooNear = [&](Eigen::Index k)
+    {
+      const auto distance = field.distance(guide.col(k), core::UnknownAs::Free);
+      return distance && *distance < hard_clearance;
+    };
+    const Eigen::Index last = guide.cols() - 1;
+    if (last < 2) return;
+    if (tooNear(0)) first = 1;
+    if (last - first > 1 && tooNear(last)) behind = 1;
   }
-  return even;
+  Eigen::Index first = 0, behind = 0;  // columns of the guide before and behind its clear part
+};
+
+/// Points evenly along the way from a to b, without b.
+Eigen::Matrix3Xd legPoints(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Eigen::Index edges)
+{
+  Eigen::Matrix3Xd points(3, edges);
+  for (Eigen::Index i = 0; i < edges; ++i)
+    points.col(i) = a + (b - a) * (static_cast<double>(i) / static_cast<double>(edges));
+  return points;
 }
 
-/// Dead-zone recovery [Paper Eq. (5)]: every point moves to the nearest point of its own
-/// polyhedron.
-Eigen::Matrix3Xd projectAll(Eigen::Matrix3Xd points,
-                            const std::vector<std::vector<const HalfSpaces*>>& sets)
+Eigen::Matrix3Xd joined(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b)
 {
-  for (Eigen::Index j = 0; j < points.cols(); ++j)
-    if (!sets[std::size_t(j)].empty())
-      if (const auto nearest = geometry::project(points.col(j), *sets[std::size_t(j)].front()))
-        points.col(j) = *nearest;
-  return points;
+  Eigen::Matrix3Xd both(3, a.cols() + b.cols());
+  both << a, b;
+  return both;
 }
 
 }  // namespace
 
-GuideSearch searchGuides(const core::DistanceField& field, const Eigen::Vector3d& start_L,
-                         const Eigen::Vector3d& goal_L, double hard_clearance, int count,
-                         const GlobalPlannerConfig& config)
+std::string_view toString(PushingMethod method)
 {
-  search::GridSearchConfig search_config;
-  search_config.clearance_m = hard_clearance;
-  search_config.preferred_clearance_m = std::max(config.clearance_m, hard_clearance);
-  search_config.proximity_weight = config.guide_proximity_weight;
-  const Eigen::Vector3d start = escape(field, start_L, 1.02 * hard_clearance);
-  const Eigen::Vector3d goal = escape(field, goal_L, 1.02 * hard_clearance);
-  const double reach = std::max(3.0, 0.5 * (goal - start).norm());
-  Eigen::AlignedBox3d near(start.cwiseMin(goal) - Eigen::Vector3d(reach, reach, 1.5),
-                           start.cwiseMax(goal) + Eigen::Vector3d(reach, reach, 1.5));
-  // Both ends are where they are, whatever the altitude limits say of the way between.
-  const auto keepAltitude = [&](Eigen::AlignedBox3d box)
+  switch (method)
   {
-    box.min().z() = std::max(box.min().z(), config.min_altitude_m);
-    box.max().z() = std::min(box.max().z(), config.max_altitude_m);
-    return box.extend(start).extend(goal);
-  };
-  auto found =
-      search::findDistinctPaths(field, start, goal, keepAltitude(near), search_config, count);
-  if (found.front().status == search::SearchStatus::Unreachable)
-    found = search::findDistinctPaths(field, start, goal, keepAltitude(field.bounds()),
-                                      search_config, count);
-  GuideSearch result;
-  result.nearest_L = found.front().nearest_L;
-  result.reason = reasonFor(found.front().status);
-  result.unreachable = found.front().status == search::SearchStatus::Unreachable;
-  for (search::SearchResult& way : found)
-    if (way.status == search::SearchStatus::Found) result.guides.push_back(std::move(way.path));
-  return result;
+    case PushingMethod::Program:
+      return "Program";
+    case PushingMethod::ProjectedAndSmoothed:
+      return "ProjectedAndSmoothed";
+    case PushingMethod::Projected:
+      return "Projected";
+  }
+  return "?";
 }
 
 PushingPath pushAlong(const core::DistanceField& field, const Eigen::Matrix3Xd& guide,
@@ -191,30 +138,44 @@ PushingPath pushAlong(const core::DistanceField& field, const Eigen::Matrix3Xd& 
 {
   PushingPath result;
   result.guide = guide;
-  const Eigen::Matrix3Xd pieces = cutIntoPieces(guide, config.piece_m);
+  const Legs legs(field, guide, hard_clearance);
+  const Eigen::Index n = guide.cols();
+  const Eigen::Matrix3Xd clear = guide.middleCols(legs.first, n - legs.first - legs.behind);
+  const Eigen::Matrix3Xd pieces = cutIntoPieces(clear, config.piece_m);
   // Obstacles are voxel centres, the clearance counts from their surface.
   result.polyhedra =
       decomposeAlong(field, pieces, hard_clearance + 0.5 * field.resolution(), config);
 
+  // A leg has its share of the points by length, at least one.
   const Eigen::VectorXd s = arcLength(pieces);
-  optim::PathQp program;
-  program.first = guide.col(0);
-  program.last = guide.col(guide.cols() - 1);
-  program.points = points;
-  program.sets = assign(s, points, result.polyhedra);
-  program.margin = std::max(0.0, config.clearance_m - hard_clearance);
-  const optim::PathQpSolution solution = optim::solve(program);
-  result.solve = solution.report;
-  result.found = true;
-  if (solution.report.converged())
-    result.path = solution.points;
-  else
+  if (legs.first > 0) result.retreat_m = (guide.col(1) - guide.col(0)).norm();
+  if (legs.behind > 0) result.approach_m = (guide.col(n - 1) - guide.col(n - 2)).norm();
+  const double length = s[s.size() - 1] + result.retreat_m + result.approach_m;
+  const auto edges = [&](double leg) -> Eigen::Index
   {
-    result.path = projectAll(resample(pieces, s, points), program.sets);
-    result.recovered = true;
-    result.reason = "pushing program " + std::string(toString(solution.report.termination)) +
-                    ", points projected";
-  }
+    const double share = leg > 0.0 ? leg / length * static_cast<double>(points - 1) : 0.0;
+    return leg > 0.0 ? std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::round(share))) : 0;
+  };
+  const Eigen::Index before = edges(result.retreat_m), after = edges(result.approach_m);
+
+  PushingProgram program;
+  program.points = resample(pieces, s, std::max<Eigen::Index>(2, points - before - after));
+  program.sets = assign(s, program.points.cols(), result.polyhedra);
+  program.margin = std::max(0.0, config.clearance_m - hard_clearance);
+  program.form = config.pushing;
+  PushingProgramSolution solution = solvePushing(program);
+  result.solve = solution.solve;
+  result.method = solution.method;
+  result.recovered = solution.method != PushingMethod::Program;
+  if (result.recovered)
+    result.reason = "pushing program " + std::string(toString(solution.solve.termination)) + ": " +
+                    std::string(toString(solution.method));
+  result.path = std::move(solution.path);
+  if (before > 0) result.path = joined(legPoints(guide.col(0), guide.col(1), before), result.path);
+  if (after > 0)
+    result.path =
+        joined(result.path,
+               legPoints(guide.col(n - 1), guide.col(n - 2), after).rowwise().reverse().eval());
   return result;
 }
 

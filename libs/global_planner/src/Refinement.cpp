@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "slalom/global_planner/GradientVectors.h"
+#include "slalom/global_planner/Guides.h"
 #include "slalom/global_planner/PushingDirections.h"
 #include "slalom/optim/BoxMinimizer.h"
 
@@ -52,7 +53,7 @@ class Work
   Refinement run(std::vector<Bypass> bypasses, std::vector<Eigen::Matrix3Xd> guides);
 
  private:
-  bool push(const std::vector<Bypass>& bypasses, const std::vector<Eigen::Matrix3Xd>& guides);
+  void push(const std::vector<Bypass>& bypasses, const std::vector<Eigen::Matrix3Xd>& guides);
   void lead(const Bypass& bypass, const PushingPath& path);
   [[nodiscard]] Eigen::Matrix3Xd before(const Bypass& bypass, Eigen::Index count) const;
   void keepClear();
@@ -114,7 +115,7 @@ Eigen::Matrix3Xd Work::before(const Bypass& bypass, Eigen::Index count) const
   return even;
 }
 
-bool Work::push(const std::vector<Bypass>& bypasses, const std::vector<Eigen::Matrix3Xd>& guides)
+void Work::push(const std::vector<Bypass>& bypasses, const std::vector<Eigen::Matrix3Xd>& guides)
 {
   core::RefinementRecord& record = result_.record;
   record = {};  // explains the last push, not the sum of all attempts
@@ -130,11 +131,6 @@ bool Work::push(const std::vector<Bypass>& bypasses, const std::vector<Eigen::Ma
     const auto count = static_cast<Eigen::Index>(
         std::clamp(std::ceil(polylineLength(guides[k]) / spacing) + 2.0, 5.0, 80.0));
     const PushingPath path = pushAlong(c_.field, guides[k], count, c_.hard, c_.config);
-    if (!path.found)
-    {
-      result_.failure = path.reason;
-      return false;
-    }
     result_.recovered = result_.recovered || path.recovered;
     record.pushing_paths.push_back(path.path);
     record.polyhedra.insert(record.polyhedra.end(), path.polyhedra.begin(), path.polyhedra.end());
@@ -144,7 +140,6 @@ bool Work::push(const std::vector<Bypass>& bypasses, const std::vector<Eigen::Ma
     const Eigen::Index shift = result_.draft.points.cols() - columns;
     for (std::size_t i = 0; i < already; ++i) pushes_[i].point += shift;
   }
-  return true;
 }
 
 /// Every control point near an obstacle is kept off it, and in a gap off both its sides.
@@ -329,7 +324,7 @@ Refinement Work::run(std::vector<Bypass> bypasses, std::vector<Eigen::Matrix3Xd>
       bypasses = bypassesOf(result_.draft, c_);
       if (!findGuides(bypasses, guides)) break;
     }
-    if (!push(bypasses, guides)) break;
+    push(bypasses, guides);
     Draft pushed = result_.draft;
     keepClear();
     minimise(gain);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "BlockBandCholesky.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace slalom::optim::detail
@@ -9,91 +10,81 @@ namespace
 {
 using Eigen::Index;
 using Eigen::Matrix3d;
+using Eigen::Vector3d;
 
-/// In-place lower Cholesky of one block; written out, because at this size
-/// a general routine costs more in calls than in arithmetic.
+/// In-place lower Cholesky of one block with inverted diagonal; written out, because at this size
+/// a general routine costs more in calls than in arithmetic, and divisions more than all the rest.
 bool choleskyOfBlock(Matrix3d& a)
 {
-  for (int j = 0; j < 3; ++j)
-  {
-    for (int i = 0; i < j; ++i) a(j, j) -= a(j, i) * a(j, i);
-    if (!(a(j, j) > 0.0) || !std::isfinite(a(j, j))) return false;
-    a(j, j) = std::sqrt(a(j, j));
-    for (int r = j + 1; r < 3; ++r)
-    {
-      for (int i = 0; i < j; ++i) a(r, j) -= a(r, i) * a(j, i);
-      a(r, j) /= a(j, j);
-    }
-    for (int c = j + 1; c < 3; ++c) a(j, c) = 0.0;
-  }
-  return true;
+  double smallest = a(0, 0);
+  const double i0 = 1.0 / std::sqrt(a(0, 0));
+  const double l10 = a(1, 0) * i0, l20 = a(2, 0) * i0;
+  const double d1 = a(1, 1) - l10 * l10;
+  smallest = std::min(smallest, d1);
+  const double i1 = 1.0 / std::sqrt(d1);
+  const double l21 = (a(2, 1) - l20 * l10) * i1;
+  const double d2 = a(2, 2) - l20 * l20 - l21 * l21;
+  smallest = std::min(smallest, d2);
+  const double i2 = 1.0 / std::sqrt(d2);
+  a << i0, 0.0, 0.0, l10, i1, 0.0, l20, l21, i2;
+  return smallest > 0.0 && std::isfinite(i0 + i1 + i2);
 }
 
-/// X <- X L^-T for lower-triangular L.
+/// X <- X L^-T for a factor of choleskyOfBlock().
 void divideByTranspose(Matrix3d& x, const Matrix3d& l)
 {
-  for (int j = 0; j < 3; ++j)
-  {
-    for (int i = 0; i < j; ++i) x.col(j) -= l(j, i) * x.col(i);
-    x.col(j) /= l(j, j);
-  }
+  x.col(0) *= l(0, 0);
+  x.col(1) = (x.col(1) - l(1, 0) * x.col(0)) * l(1, 1);
+  x.col(2) = (x.col(2) - l(2, 0) * x.col(0) - l(2, 1) * x.col(1)) * l(2, 2);
 }
 
-Eigen::Vector3d forward(const Matrix3d& l, Eigen::Vector3d y)
+Vector3d forward(const Matrix3d& l, Vector3d y)
 {
-  y[0] /= l(0, 0);
-  y[1] = (y[1] - l(1, 0) * y[0]) / l(1, 1);
-  y[2] = (y[2] - l(2, 0) * y[0] - l(2, 1) * y[1]) / l(2, 2);
+  y[0] *= l(0, 0);
+  y[1] = (y[1] - l(1, 0) * y[0]) * l(1, 1);
+  y[2] = (y[2] - l(2, 0) * y[0] - l(2, 1) * y[1]) * l(2, 2);
   return y;
 }
 
-Eigen::Vector3d backward(const Matrix3d& l, Eigen::Vector3d y)
+Vector3d backward(const Matrix3d& l, Vector3d y)
 {
-  y[2] /= l(2, 2);
-  y[1] = (y[1] - l(2, 1) * y[2]) / l(1, 1);
-  y[0] = (y[0] - l(1, 0) * y[1] - l(2, 0) * y[2]) / l(0, 0);
+  y[2] *= l(2, 2);
+  y[1] = (y[1] - l(2, 1) * y[2]) * l(1, 1);
+  y[0] = (y[0] - l(1, 0) * y[1] - l(2, 0) * y[2]) * l(0, 0);
   return y;
 }
 }  // namespace
 
-Eigen::Matrix3Xd BlockBand::times(const Eigen::Matrix3Xd& x) const
+void BlockBand::setZero()
 {
-  const Index n = blocks();
-  Eigen::Matrix3Xd y(3, n);
-  for (Index k = 0; k < n; ++k) y.col(k) = diagonal[k] * x.col(k);
-  for (Index k = 0; k + 1 < n; ++k)
-  {
-    y.col(k + 1) += first[k] * x.col(k);
-    y.col(k) += first[k].transpose() * x.col(k + 1);
-  }
-  for (Index k = 0; k + 2 < n; ++k)
-  {
-    y.col(k + 2) += second[k] * x.col(k);
-    y.col(k) += second[k].transpose() * x.col(k + 2);
-  }
-  return y;
+  for (auto* blocks : {&diagonal, &first, &second})
+    std::fill(blocks->begin(), blocks->end(), Matrix3d::Zero());
 }
 
 bool BlockBandCholesky::compute(const BlockBand& matrix)
 {
-  const Index n = matrix.blocks();
+  const std::size_t n = matrix.diagonal.size();
+  const bool wide = !matrix.second.empty();
   auto& [diagonal, first, second] = factor_;
-  for (Index k = 0; k < n; ++k)
+  for (std::size_t k = 0; k < n; ++k)
   {
-    diagonal[k] = matrix.diagonal[k];
-    if (k >= 1) diagonal[k].noalias() -= first[k - 1] * first[k - 1].transpose();
-    if (k >= 2) diagonal[k].noalias() -= second[k - 2] * second[k - 2].transpose();
-    if (!choleskyOfBlock(diagonal[k])) return false;
+    Matrix3d pivot = matrix.diagonal[k];
+    if (k >= 1) pivot.noalias() -= first[k - 1] * first[k - 1].transpose();
+    if (wide && k >= 2) pivot.noalias() -= second[k - 2] * second[k - 2].transpose();
+    if (!choleskyOfBlock(pivot)) return false;
+    diagonal[k] = pivot;
     if (k + 1 < n)
     {
-      first[k] = matrix.first[k];
-      if (k >= 1) first[k].noalias() -= second[k - 1] * first[k - 1].transpose();
-      divideByTranspose(first[k], diagonal[k]);
+      Matrix3d next = matrix.first[k];
+      if (wide && k >= 1) next.noalias() -= second[k - 1] * first[k - 1].transpose();
+      divideByTranspose(next, pivot);
+      first[k] = next;
     }
-    if (k + 2 < n)
+    if (wide && k + 2 < n)
     {
-      second[k] = matrix.second[k];
-      divideByTranspose(second[k], diagonal[k]);
+      Matrix3d over_next = matrix.second[k];
+      divideByTranspose(over_next, pivot);
+      second[k] = over_next;
     }
   }
   return true;
@@ -102,17 +93,20 @@ bool BlockBandCholesky::compute(const BlockBand& matrix)
 void BlockBandCholesky::solveInPlace(Eigen::Matrix3Xd& x) const
 {
   const Index n = factor_.blocks();
+  const bool wide = !factor_.second.empty();
   for (Index k = 0; k < n; ++k)
   {
-    if (k >= 1) x.col(k) -= factor_.first[k - 1] * x.col(k - 1);
-    if (k >= 2) x.col(k) -= factor_.second[k - 2] * x.col(k - 2);
-    x.col(k) = forward(factor_.diagonal[k], x.col(k));
+    Vector3d y = x.col(k);
+    if (k >= 1) y.noalias() -= factor_.first[k - 1] * x.col(k - 1);
+    if (wide && k >= 2) y.noalias() -= factor_.second[k - 2] * x.col(k - 2);
+    x.col(k) = forward(factor_.diagonal[k], y);
   }
   for (Index k = n - 1; k >= 0; --k)
   {
-    if (k + 1 < n) x.col(k) -= factor_.first[k].transpose() * x.col(k + 1);
-    if (k + 2 < n) x.col(k) -= factor_.second[k].transpose() * x.col(k + 2);
-    x.col(k) = backward(factor_.diagonal[k], x.col(k));
+    Vector3d y = x.col(k);
+    if (k + 1 < n) y.noalias() -= factor_.first[k].transpose() * x.col(k + 1);
+    if (wide && k + 2 < n) y.noalias() -= factor_.second[k].transpose() * x.col(k + 2);
+    x.col(k) = backward(factor_.diagonal[k], y);
   }
 }
 

@@ -1,80 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-#include <Eigen/QR>
-#include <algorithm>
-#include <deque>
 #include <limits>
 
 #include "NlpCheck.h"
-#include "slalom/core/Rng.h"
+#include "PathChains.h"
+#include "PathPrograms.h"
 #include "slalom/optim/Ipopt.h"
-#include "slalom/optim/PathQp.h"
 
+namespace slalom::optim
+{
 namespace
 {
-using Eigen::Index;
-using Eigen::Matrix3Xd;
-using Eigen::Ref;
-using Eigen::Vector3d;
-using Eigen::VectorXd;
-using slalom::core::Deadline;
-using slalom::core::HalfSpaces;
-using slalom::core::Rng;
-using slalom::core::Termination;
-using namespace slalom::optim;
-
-/// Random half-spaces that all hold `inside` with at least `room` to spare.
-HalfSpaces around(Rng& rng, const Vector3d& inside, int rows, double room)
-{
-  HalfSpaces set;
-  set.A.resize(rows, 3);
-  set.b.resize(rows);
-  for (int i = 0; i < rows; ++i)
-  {
-    const Vector3d normal = rng.direction();
-    set.A.row(i) = normal.transpose();
-    set.b[i] = normal.dot(inside) + rng.uniform(room, room + 0.6);
-  }
-  return set;
-}
-
-/// A winding guide with polyhedra shared by neighbouring points, as the global planner makes them.
-struct Chain
-{
-  explicit Chain(std::uint64_t seed)
-  {
-    Rng rng(seed);
-    qp.points = rng.integer(2, 30);
-    qp.margin = rng.integer(0, 2) == 0 ? 0.0 : rng.uniform(0.05, 0.8);
-    qp.w_bend = rng.integer(0, 3) == 0 ? 0.0 : rng.uniform(0.1, 3.0);
-    qp.w_length = rng.uniform(0.2, 2.0);
-    qp.w_slack = rng.uniform(1.0, 30.0);
-    qp.sets.resize(qp.points);
-    Vector3d guide = rng.uniform3(-50.0, 50.0), heading = rng.direction();
-    qp.first = guide;
-    for (Index k = 0; k < qp.points; ++k)
-    {
-      if (k == 0 || rng.integer(0, 3) == 0)
-        polyhedra.push_back(around(rng, guide, rng.integer(3, 12), 0.05));
-      // Sharing is only promised as far as the set holds the guide.
-      if (!polyhedra.back().contains(guide, -0.02))
-        polyhedra.push_back(around(rng, guide, rng.integer(3, 12), 0.05));
-      qp.sets[k].push_back(&polyhedra.back());
-      if (rng.integer(0, 4) == 0)
-      {
-        polyhedra.push_back(around(rng, guide, 4, 0.05));
-        qp.sets[k].push_back(&polyhedra.back());
-      }
-      heading = (heading + 0.7 * rng.direction()).normalized();
-      if (k + 1 < qp.points) guide += 0.3 * heading;
-    }
-    qp.last = guide;
-  }
-  PathQp qp;
-  std::deque<HalfSpaces> polyhedra;
-};
+using core::Deadline;
+using core::Rng;
+using core::Termination;
+using test::Chain;
+using test::halfSpace;
+using test::HalfSpaces;
+using test::Index;
+using test::Matrix3Xd;
+using test::Vector3d;
+using test::VectorXd;
+using test::violation;
 
 double objective(const PathQp& q, const Matrix3Xd& p)
 {
@@ -107,25 +55,6 @@ Matrix3Xd gradientOf(const PathQp& q, const Matrix3Xd& p)
   return gradient;
 }
 
-/// Distance of v from the cone of the columns of N: by Caratheodory three columns suffice.
-double distanceFromCone(const Vector3d& v, const Matrix3Xd& N)
-{
-  double best = v.norm();
-  const Index m = N.cols();
-  for (Index a = 0; a < m; ++a)
-    for (Index b = a; b < m; ++b)
-      for (Index c = b; c < m; ++c)
-      {
-        std::vector<Index> pick{a};
-        if (b > a) pick.push_back(b);
-        if (c > b) pick.push_back(c);
-        const Eigen::MatrixXd basis = N(Eigen::all, pick);
-        const VectorXd weight = basis.colPivHouseholderQr().solve(v);
-        if ((weight.array() >= 0.0).all()) best = std::min(best, (basis * weight - v).norm());
-      }
-  return best;
-}
-
 /// Stationarity without the solver's multipliers: -gradient lies in the cone of the active rows.
 double stationarityGap(const PathQp& q, const Matrix3Xd& p)
 {
@@ -141,16 +70,8 @@ double stationarityGap(const PathQp& q, const Matrix3Xd& p)
           active.conservativeResize(3, active.cols() + 1);
           active.rightCols(1) = set->A.row(i).transpose();
         }
-    worst = std::max(worst, distanceFromCone(-gradient.col(k), active));
+    worst = std::max(worst, test::distanceFromCone(-gradient.col(k), active));
   }
-  return worst;
-}
-
-double violation(const PathQp& q, const Matrix3Xd& p)
-{
-  double worst = 0.0;
-  for (Index k = 0; k < p.cols(); ++k)
-    for (const HalfSpaces* set : q.sets[k]) worst = std::max(worst, set->violation(p.col(k)));
   return worst;
 }
 
@@ -164,132 +85,15 @@ TEST(PathQp, KktConditionsHoldOnThousandsOfChains)
     const PathQpSolution found = solve(chain.qp, {.max_iterations = 80, .tolerance = 1e-10});
     ASSERT_TRUE(found.report.converged())
         << found.report.message << " after " << found.report.iterations;
-    EXPECT_LE(violation(chain.qp, found.points), 1e-7);
+    EXPECT_LE(violation(chain.qp.sets, found.points), 1e-7);
     EXPECT_LE(found.report.primal_residual, 1e-7);
     EXPECT_LE(stationarityGap(chain.qp, found.points), 1e-3);
     EXPECT_NEAR(found.report.cost, objective(chain.qp, found.points),
                 1e-6 * (1.0 + found.report.cost));
-    with_active_rows += violation(chain.qp, found.points) > -1e-6;
+    with_active_rows += violation(chain.qp.sets, found.points) > -1e-6;
   }
   EXPECT_GT(with_active_rows, 500);  // the generator must not make it easy
 }
-
-/// The same problem in Ipopt's words: x = [p, xi], every row a constraint.
-class PathProgram : public NonlinearProgram
-{
- public:
-  explicit PathProgram(const PathQp& q) : q_(q)
-  {
-    for (std::size_t k = 0; k < q.sets.size(); ++k)
-      for (const HalfSpaces* set : q.sets[k])
-        for (Index i = 0; i < set->rows(); ++i)
-          rows_.push_back({static_cast<int>(k), set->A.row(i).transpose(), set->b[i]});
-    const auto square = [&](std::vector<std::pair<int, double>> terms, double weight) {
-      squares_.push_back({std::move(terms), weight});
-    };
-    const int n = static_cast<int>(q.points);
-    for (int k = 0; k + 1 < n; ++k) square({{k, -1.0}, {k + 1, 1.0}}, q.w_length);
-    for (int k = 1; k + 1 < n; ++k) square({{k - 1, 1.0}, {k, -2.0}, {k + 1, 1.0}}, q.w_bend);
-    H_ = Eigen::MatrixXd::Zero(n, n);
-    H_(0, 0) += 2.0 * q.w_start;
-    H_(n - 1, n - 1) += 2.0 * q.w_end;
-    for (const auto& [terms, weight] : squares_)
-      for (const auto& [i, a] : terms)
-        for (const auto& [j, b] : terms) H_(i, j) += 2.0 * weight * a * b;
-  }
-  int variables() const override { return static_cast<int>(3 * q_.points) + constraints(); }
-  int constraints() const override { return static_cast<int>(rows_.size()); }
-  void bounds(Ref<VectorXd> xl, Ref<VectorXd> xu, Ref<VectorXd> gl, Ref<VectorXd> gu) const override
-  {
-    xl.setConstant(-2e19);
-    xu.setConstant(2e19);
-    xl.tail(constraints()).setZero();
-    xu.tail(constraints()).setConstant(q_.margin);
-    gl.setConstant(-2e19);
-    for (int i = 0; i < constraints(); ++i) gu[i] = rows_[i].b - q_.margin;
-  }
-  std::vector<Entry> jacobianStructure() const override
-  {
-    std::vector<Entry> entries;
-    for (int i = 0; i < constraints(); ++i)
-    {
-      for (int a = 0; a < 3; ++a) entries.push_back({i, 3 * rows_[i].point + a});
-      entries.push_back({i, static_cast<int>(3 * q_.points) + i});
-    }
-    return entries;
-  }
-  std::vector<Entry> hessianStructure() const override
-  {
-    std::vector<Entry> entries;
-    for (int i = 0; i < q_.points; ++i)
-      for (int j = std::max(0, i - 2); j <= i; ++j)
-        for (int a = 0; a < 3; ++a) entries.push_back({3 * i + a, 3 * j + a});
-    for (int i = 0; i < constraints(); ++i)
-      entries.push_back({static_cast<int>(3 * q_.points) + i, static_cast<int>(3 * q_.points) + i});
-    return entries;
-  }
-  double cost(const Ref<const VectorXd>& x) const override
-  {
-    const Matrix3Xd p = x.head(3 * q_.points).reshaped(3, q_.points);
-    return q_.w_start * (p.col(0) - q_.first).squaredNorm() +
-           q_.w_end * (p.col(q_.points - 1) - q_.last).squaredNorm() + squares(p) +
-           q_.w_slack * x.tail(constraints()).squaredNorm();
-  }
-  void gradient(const Ref<const VectorXd>& x, Ref<VectorXd> g) const override
-  {
-    const Matrix3Xd p = x.head(3 * q_.points).reshaped(3, q_.points);
-    Matrix3Xd d = p * H_;
-    d.col(0) -= 2.0 * q_.w_start * q_.first;
-    d.col(q_.points - 1) -= 2.0 * q_.w_end * q_.last;
-    g.head(3 * q_.points) = d.reshaped();
-    g.tail(constraints()) = 2.0 * q_.w_slack * x.tail(constraints());
-  }
-  void constraint(const Ref<const VectorXd>& x, Ref<VectorXd> g) const override
-  {
-    for (int i = 0; i < constraints(); ++i)
-      g[i] = rows_[i].normal.dot(x.segment<3>(3 * rows_[i].point)) - x[3 * q_.points + i];
-  }
-  void jacobian(const Ref<const VectorXd>&, Ref<VectorXd> v) const override
-  {
-    for (int i = 0; i < constraints(); ++i)
-    {
-      v.segment<3>(4 * i) = rows_[i].normal;
-      v[4 * i + 3] = -1.0;
-    }
-  }
-  void hessian(const Ref<const VectorXd>&, double sigma, const Ref<const VectorXd>&,
-               Ref<VectorXd> v) const override
-  {
-    Index at = 0;
-    for (int i = 0; i < q_.points; ++i)
-      for (int j = std::max(0, i - 2); j <= i; ++j)
-        for (int a = 0; a < 3; ++a) v[at++] = sigma * H_(i, j);
-    v.tail(constraints()).setConstant(2.0 * sigma * q_.w_slack);
-  }
-
- private:
-  double squares(const Matrix3Xd& p) const
-  {
-    double sum = 0.0;
-    for (const auto& [terms, weight] : squares_)
-    {
-      Vector3d v = Vector3d::Zero();
-      for (const auto& [k, a] : terms) v += a * p.col(k);
-      sum += weight * v.squaredNorm();
-    }
-    return sum;
-  }
-  struct Row
-  {
-    int point;
-    Vector3d normal;
-    double b;
-  };
-  const PathQp& q_;
-  std::vector<Row> rows_;
-  std::vector<std::pair<std::vector<std::pair<int, double>>, double>> squares_;
-  Eigen::MatrixXd H_;
-};
 
 TEST(PathQp, CostEqualsAnIndependentSolution)
 {
@@ -298,7 +102,7 @@ TEST(PathQp, CostEqualsAnIndependentSolution)
     SCOPED_TRACE(seed);
     Chain chain(seed);
     chain.qp.margin = std::max(chain.qp.margin, 0.05);  // a slack fixed at zero has no interior
-    const PathProgram program(chain.qp);
+    const test::QuadraticProgram program(chain.qp);
     NlpPoint start{VectorXd::Zero(program.variables()), {}, {}, {}};
     if (seed < 5010)
       slalom::test::expectExactDerivatives(program, start.x, 1.0,
@@ -314,14 +118,6 @@ TEST(PathQp, CostEqualsAnIndependentSolution)
     const Matrix3Xd p = oracle.point.x.head(3 * chain.qp.points).reshaped(3, chain.qp.points);
     EXPECT_LE((found.points - p).cwiseAbs().maxCoeff(), 2e-3);
   }
-}
-
-HalfSpaces halfSpace(const Vector3d& normal, double b)
-{
-  HalfSpaces set;
-  set.A = normal.transpose();
-  set.b = VectorXd::Constant(1, b);
-  return set;
 }
 
 TEST(PathQp, ContradictionsAreReportedWithTheLeastViolatingPath)
@@ -342,7 +138,7 @@ TEST(PathQp, ContradictionsAreReportedWithTheLeastViolatingPath)
     EXPECT_EQ(found.report.termination, Termination::Infeasible) << found.report.message;
     // Nothing can do better than half the gap.
     EXPECT_NEAR(found.report.primal_residual, 0.5 * gap, 1e-3);
-    EXPECT_NEAR(violation(chain.qp, found.points), found.report.primal_residual, 1e-12);
+    EXPECT_NEAR(violation(chain.qp.sets, found.points), found.report.primal_residual, 1e-12);
     EXPECT_TRUE(found.points.allFinite());
   }
 }
@@ -427,3 +223,4 @@ TEST(PathQp, MisuseIsReported)
 }
 
 }  // namespace
+}  // namespace slalom::optim

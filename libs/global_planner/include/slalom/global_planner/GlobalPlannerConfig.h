@@ -20,6 +20,13 @@ enum class GoalPolicy
   Reject        ///< an occupied goal ends the mission where the vehicle is
 };
 
+/// Which form of Eq. (2) finds the pushing path.
+enum class PushingForm
+{
+  Qp,   ///< squares: unique, evenly spaced, keeps clearance_m where the gap permits
+  Socp  ///< the paper's norms: the taut string inside hard clearance
+};
+
 /// Weights and limits of the refinement [Paper Eq. (1)-(8)]. INI section [global_planner].
 struct GlobalPlannerConfig
 {
@@ -28,7 +35,8 @@ struct GlobalPlannerConfig
   double lambda_smooth = 0.2, lambda_obs = 0.6, lambda_feas = 0.2;  ///< [1] Eq. (1)
   double lambda_fit = 0.1;              ///< [1] pull back to R (deviation D-07)
   double guide_proximity_weight = 2.0;  ///< [1] how much the guide prefers wide gaps
-  double piece_m = 1.5;                 ///< [m] longest piece of the convex decomposition
+  PushingForm pushing = PushingForm::Qp;
+  double piece_m = 1.5;  ///< [m] longest piece of the convex decomposition
   double box_lateral_m = 2.0, box_along_m = 1.0, box_vertical_m = 2.0;  ///< [m] local box
   double max_offset_m = 8.0;  ///< [m] box constraint: control points stay this near to R
   double max_climb_m = 0.2;   ///< [m] box constraint: never farther above or below R than this
@@ -63,6 +71,9 @@ struct GlobalPlannerConfig
     v("lambda_fit", c.lambda_fit, Range{0.0, 1e4}, "weight of staying near the reference in J");
     v("guide_proximity_weight", c.guide_proximity_weight, Range{0.0, 100.0},
       "how much the guide prefers wide gaps over short ways", Level::Expert);
+    v("pushing", c.pushing,
+      core::Names<PushingForm>{{"qp", PushingForm::Qp}, {"socp", PushingForm::Socp}},
+      "form of the pushing program: squares, or the paper's norms", Level::Expert);
     v("piece_m", c.piece_m, Range{0.2, 5.0}, "longest piece of the convex decomposition",
       Level::Expert);
     v("box_lateral_m", c.box_lateral_m, Range{0.5, 10.0}, "local box of a piece, to both sides",

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "slalom/core/DistanceField.h"
@@ -12,42 +13,39 @@
 
 namespace slalom::global_planner
 {
+/// How S_* was obtained, in the order in which it is tried.
+enum class PushingMethod
+{
+  Program,               ///< Eq. (2)
+  ProjectedAndSmoothed,  ///< Eq. (2) was infeasible: Eq. (5), smoothed within the polyhedra
+  Projected              ///< Eq. (5) alone
+};
+[[nodiscard]] std::string_view toString(PushingMethod method);
+
 /// S_*: where the control points of one occupied segment should go, and how it was found.
 struct PushingPath
 {
-  bool found = false;
-  std::string reason;      ///< why not, when not found
-  bool recovered = false;  ///< the program was infeasible; points are projections [Paper Eq. (5)]
-  Eigen::Matrix3Xd guide;  ///< searched way around [m]
+  std::string reason;      ///< what happened, when recovered
+  bool recovered = false;  ///< method is not Program [Paper Eq. (5)]
+  PushingMethod method = PushingMethod::Program;
+  Eigen::Matrix3Xd guide;  ///< searched way around, with the legs below [m]
   std::vector<core::HalfSpaces>
       polyhedra;          ///< one per piece of the guide, shrunk by the hard clearance
-  Eigen::Matrix3Xd path;  ///< S_*, from free end to free end [m]
-  core::SolveReport solve;
+  Eigen::Matrix3Xd path;  ///< S_*, from end to end [m]
+  /// Length of the straight first (last) leg of S_* and of the guide that leads out of (into) hard
+  /// clearance [m]; 0 when the end keeps it.
+  double retreat_m = 0.0, approach_m = 0.0;
+  core::SolveReport solve;  ///< of Eq. (2)
 };
 
-/// Ways around, and why there is none.
-struct GuideSearch
-{
-  std::vector<Eigen::Matrix3Xd> guides;  ///< topologically distinct, the cheapest first [m]
-  std::string reason;                    ///< when there is none
-  bool unreachable = false;              ///< the goal is free, but cut off
-  Eigen::Vector3d nearest_L;             ///< reachable point nearest to the goal
-};
-
-/** Searches up to `count` topologically distinct ways from start to goal, optimistic field, first
- * near both and then in the whole map.
- *  @param hard_clearance smallest distance to obstacles that is ever accepted [m] */
-[[nodiscard]] GuideSearch searchGuides(const core::DistanceField& field,
-                                       const Eigen::Vector3d& start_L,
-                                       const Eigen::Vector3d& goal_L, double hard_clearance,
-                                       int count, const GlobalPlannerConfig& config);
-
-/** FindPushingDirections [Paper Algorithm 1, lines 4-6; Eq. (2) in its convex form, deviation
- * D-02]: the parallel convex decomposition along a guide and the taut evenly spaced path inside.
- * When the program is infeasible the points are projected onto their polyhedra one by one
- * (dead-zone recovery, Eq. (5)).
- *  @param guide from free end to free end of an occupied segment, >= 2 columns
- *  @param points number of points of S_*, >= 2
+/** FindPushingDirections [Paper Algorithm 1, lines 4-6] along a guide: the parallel convex
+ * decomposition of its pieces and Eq. (2) inside, in the form that the configuration names. The
+ * squares (deviation D-02) keep clearance_m where the gap permits; the paper's norms give the taut
+ * string, which touches what the hard clearance leaves. When the program is infeasible: dead-zone
+ * recovery (Eq. (5)).
+ *  @param guide >= 2 columns, from end to end. It keeps hard_clearance; but if its first or last
+ * point does not, the edge to its neighbour is a leg that is flown straight
+ *  @param points number of points of S_*, >= 2; it gets more where a leg needs them
  *  @param hard_clearance smallest distance to obstacles that is ever accepted [m] */
 [[nodiscard]] PushingPath pushAlong(const core::DistanceField& field, const Eigen::Matrix3Xd& guide,
                                     Eigen::Index points, double hard_clearance,

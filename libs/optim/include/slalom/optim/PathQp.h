@@ -2,10 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
 
-#include "slalom/core/HalfSpaces.h"
 #include "slalom/core/SolveReport.h"
+#include "slalom/optim/PathSets.h"
 
 namespace slalom::optim
 {
@@ -21,8 +20,7 @@ struct PathQp
 {
   Eigen::Vector3d first, last;  ///< wanted ends [m]
   Eigen::Index points = 0;      ///< n + 1 >= 2
-  std::vector<std::vector<const core::HalfSpaces*>>
-      sets;  ///< per point the sets that must hold it; may be empty
+  PathSets sets;
   double w_start = 100.0, w_end = 100.0, w_length = 1.0, w_bend = 1.0, w_slack = 10.0;
   double margin = 0.0;  ///< [m] >= 0; 0 means hard rows without slack
 };
