@@ -210,8 +210,8 @@ PlanStep::Attempt PlanStep::attempt(Draft draft, std::vector<Bypass> bypasses) c
     result.best = std::move(refinement);
     result.reason = ways.empty()
                         ? "nothing in the way"
-                        : "way " + std::to_string(k + 1) + " of " + std::to_string(alternatives) +
-                              " around " + std::to_string(bypasses.size()) + " stretch(es)";
+                        : "way " + std::to_string(k + 1) + "/" + std::to_string(alternatives) +
+                              " around " + std::to_string(bypasses.size());
   }
   return result;
 }
@@ -380,8 +380,7 @@ GlobalPlannerOutput PlanStep::keep(Attempt failed, RefineOutcome outcome)
   record.stop_excess = kept.law.excess();
   record.certificate_margin_m = certificate.margin_m;
   record.min_clearance_m = minClearance(curve, in_.progress, curve.end(), field_);
-  record.outcome =
-      std::string(toString(outcome)) + (failed.reason.empty() ? "" : " (" + failed.reason + ")");
+  record.outcome = toString(outcome);
   return {outcome, goal_, std::make_shared<const RefinedReference>(std::move(kept)),
           std::move(record)};
 }

@@ -266,7 +266,7 @@ TEST(GlobalPlanner, TakesTheNearerOfTwoGaps)
                                 : wallAcross(5.0, {{-3.2, -1.0}, {3.0, 5.2}});
     const GlobalPlannerOutput output =
         GlobalPlanner(longHorizon(), kVehicle).step(inputAt(r, field));
-    ASSERT_EQ(output.outcome, RefineOutcome::Refined) << output.record.outcome;
+    ASSERT_EQ(output.outcome, RefineOutcome::Refined) << output.record.reason;
     const UniformBSpline& curve = output.refined->spline;
     EXPECT_GE(denseClearance(curve, 0.0, curve.end(), *field), kRadius - 1e-3);
     for (double t = curve.start(); t <= curve.end(); t += 0.05)
@@ -286,7 +286,7 @@ TEST(GlobalPlanner, LeavesAUTrap)
       Eigen::AlignedBox3d(Eigen::Vector3d(-8, -8, 0), Eigen::Vector3d(20, 8, 5)));
   const GlobalPlannerOutput output =
       GlobalPlanner(longHorizon(), kVehicle).step(inputAt(r, field, 7.0));
-  ASSERT_EQ(output.outcome, RefineOutcome::Refined) << output.record.outcome;
+  ASSERT_EQ(output.outcome, RefineOutcome::Refined) << output.record.reason;
   const UniformBSpline& curve = output.refined->spline;
   EXPECT_GE(denseClearance(curve, 7.0, curve.end(), *field), kRadius - 1e-3);
   EXPECT_LT((curve.position(curve.end()) - r->position(r->end())).norm(), 1e-9);
@@ -330,7 +330,7 @@ TEST_F(BlockedGoal, ThatIsOnlyWalledInIsUnreachable)
                                   box(10, 1.8, 14.4, 2.2), box(10, -2.2, 14.4, -1.8)},
       Eigen::AlignedBox3d(Eigen::Vector3d(-8, -8, 0), Eigen::Vector3d(20, 8, 5)));
   const GlobalPlannerOutput output = GlobalPlanner(config, kVehicle).step(inputAt(r, field));
-  EXPECT_EQ(output.outcome, RefineOutcome::GoalBlocked) << output.record.outcome;
+  EXPECT_EQ(output.outcome, RefineOutcome::GoalBlocked) << output.record.reason;
   EXPECT_EQ(output.goal.state, GoalState::Unreachable);
   EXPECT_GE(denseClearance(output.refined->spline, 0.0, output.refined->clear_until, *field),
             kRadius - 1e-3);
@@ -412,7 +412,7 @@ TEST(GlobalPlanner, StartsAnewWhereTheVehicleIs)
   input.state.p_L = Eigen::Vector3d(2.0, 2.5, 1.6);  // far from the plan: blown away
   input.state.v_W = Eigen::Vector3d(0.2, 0.6, 0.0);
   const GlobalPlannerOutput output = planner.step(input);
-  ASSERT_TRUE(output.record.certified) << output.record.outcome;
+  ASSERT_TRUE(output.record.certified) << output.record.reason;
   const RefinedReference& plan = *output.refined;
   EXPECT_LT((plan.spline.position(input.progress) - input.state.p_L).norm(), 1e-9);
   EXPECT_LT((plan.spline.velocity(input.progress) - input.state.v_W).norm(), 1e-9);
