@@ -12,20 +12,20 @@
  *
  *  1. Enclosure. On a span the B-spline is a cubic polynomial; its Bezier points b_0..b_3 over a
  *     parameter interval hold the curve's piece in their convex hull (Bernstein weights are
- *     non-negative and sum to 1). De Casteljau's rule gives the Bezier points of both halves. A
- * ball is convex, so the ball about c = (b_0 + b_3) / 2 of radius r = max_j |b_j - c| holds the
- * hull.
+ *     non-negative and sum to 1). De Casteljau's rule gives the Bezier points of both halves.
+ *     A ball is convex, so the ball about c = (b_0 + b_3) / 2 of radius r = max_j |b_j - c| holds
+ *     the hull.
  *  2. Acceptance. The distance D(p) to a fixed set of obstacle points changes by at most |p - q|
  *     from p to q. If B <= D(c) then every point q of the piece has D(q) >= B - r; the piece is
  *     accepted if B - r >= clearance, with B from DistanceField::boundEverywhere(). Short pieces
- * are also accepted if DistanceField::hullBound(b_0..b_3), a proved bound on the distance from the
- *     hull itself, is at least the clearance.
+ *     are also accepted if DistanceField::hullBound(b_0..b_3), a proved bound on the distance from
+ *     the hull itself, is at least the clearance.
  *  3. Union. Pieces are taken from left to right, are closed, and each begins where the last one
  *     ended; `until` is the end of the last accepted one. So [from, until] is covered.
  *  4. Rounding. A step a + t (b - a) errs by at most 5 units of rounding of the largest coordinate,
  *     so k divisions of three such steps each, and making the first Bezier points and the ball,
- * stay below (16 + 8 k) machine epsilons of it; the radius is enlarged by that (roundingOf()).
- * Times round to less than 1e-9 m of curve, by which voxel fields keep their bounds low. */
+ *     stay below (16 + 8 k) machine epsilons of it; the radius is enlarged by that (roundingOf()).
+ *     Times round to less than 1e-9 m of curve, by which voxel fields keep their bounds low. */
 
 namespace slalom::global_planner
 {

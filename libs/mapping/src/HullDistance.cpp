@@ -10,19 +10,20 @@ namespace
 {
 /* Proof, for the hull of b_0..b_3 about c = (b_0 + b_3) / 2 with radius r = max |b_j - c|.
  *
- *  One cube K, any point q outside it, k the point of K nearest to q, n = (q - k) / |q - k|: since
- * K is convex, n (x - k) <= 0 on K. So any point p has |p - x| >= n (p - x) >= n (p - k) for all x
- * in K, and over the hull the linear n (p - k) is least at one of the b_j: distance(hull, K) >=
- * B_q(K) = min_j n (b_j - k). With q = c and D = |c - k|: B_c >= D - r, and the distance is at most
- * D; for equal points B_c = D. Where B_c is too small, the point q of the chord b_0 b_3 that is
- * about nearest to K does better (for a straight hull beside a face or an edge of K it is exact);
- * the larger one counts.
+ *  One cube K, any point q outside it, k the point of K nearest to q, n = (q - k) / |q - k|:
+ *  since K is convex, n (x - k) <= 0 on K. So any p has |p - x| >= n (p - x) >= n (p - k) for all
+ *  x in K, and over the hull the linear n (p - k) is least at one of the b_j. Hence
+ *    distance(hull, K) >= B_q(K) = min_j n (b_j - k).
+ *  With q = c and D = |c - k|: B_c >= D - r, and distance(hull, K) <= D; for equal points B_c = D.
+ *  Where B_c is too small, the point q of the chord b_0 b_3 that is about nearest to K does better
+ *  (for a straight hull beside a face or an edge of K it is exact); the larger one counts.
  *
- *  The result is the least of `limit` and of all cubes. Let m be the least found so far: cubes with
- *  D >= m + r cannot lower it and are left out. The field prunes two more ways: a cell with the
- * value v > 0 has no obstacle centre nearer than sqrt(v), in its own row either; and the nearest
- * obstacle centre o of the cell next to c, whose centre is e, bounds the least D, hence the result,
- * by |c - o| - 1/2 <= |c - e| + sqrt(v) - 1/2, since a cube holds a ball of half its edge. */
+ *  The result is the least of `limit` and of all cubes. Let m be the least found so far: cubes
+ *  with D >= m + r cannot lower it and are left out. The field prunes two more ways. A cell with
+ *  the value v > 0 has no obstacle centre nearer than sqrt(v), in its own row either. And the
+ *  nearest obstacle centre o of the cell next to c, whose centre is e, bounds the least D, hence
+ *  the result, by |c - o| - 1/2 <= |c - e| + sqrt(v) - 1/2, as a cube holds a ball of half its
+ *  edge. */
 struct Search
 {
   const int nx;

@@ -268,6 +268,51 @@ TEST(Certificate, NeverAcceptsWhatDenseSamplingRejects)
   }
 }
 
+/// The voxels of a world with a lower bound that has no slack, and no better bound for hulls: every
+/// error of the balls shows.
+class WithoutSlack final : public core::DistanceField
+{
+ public:
+  explicit WithoutSlack(const World& world) : voxels_(*world.field) {}
+  Occupancy occupancy(const Vec3& p) const override { return voxels_.occupancy(p); }
+  std::optional<core::DistanceSample> sample(const Vec3& p, UnknownAs unknown) const override
+  {
+    return voxels_.sample(p, unknown);
+  }
+  std::optional<double> lowerBound(const Vec3& p, UnknownAs unknown) const override
+  {
+    if (!bounds().contains(p)) return std::nullopt;
+    return voxels_.hullBound(p.replicate<1, 4>(), unknown, 1e3);
+  }
+  void collectObstacles(const Eigen::AlignedBox3d& box, UnknownAs unknown,
+                        std::vector<Vec3>& centres) const override
+  {
+    voxels_.collectObstacles(box, unknown, centres);
+  }
+  Eigen::AlignedBox3d bounds() const override { return voxels_.bounds(); }
+  double resolution() const override { return voxels_.resolution(); }
+  double maxDistance() const override { return voxels_.maxDistance(); }
+
+ private:
+  const mapping::EdtSnapshot& voxels_;
+};
+
+TEST(Certificate, NeverAcceptsTooMuchOnBallsAlone)
+{
+  for (const UnknownAs unknown : kBoth)
+  {
+    Tally tally;
+    forCases(unknown, 2000, false,
+             [&](const Case& c, const World& world)
+             {
+               const WithoutSlack field(world);
+               tally.judge(c, certify(c.curve, c.from, c.to, field, unknown, c.clearance));
+             });
+    EXPECT_EQ(tally.false_accepts, 0);
+    EXPECT_GT(tally.accepted, 200);
+  }
+}
+
 // Certificates that must not pass the fuzz: it has to be able to fail.
 TEST(Certificate, TheFuzzCatchesOptimisticProofs)
 {

@@ -61,9 +61,9 @@ class DistanceField
    *  point is proved not to be below [m], at most `limit`; e.g. for the Bezier points of a cubic.
    *
    *  Defined for every hull. With UnknownAs::Occupied all space outside bounds() is an obstacle,
-   * with UnknownAs::Free it is free. Fields of voxels measure to the voxels' cubes: for a single
-   * point (four equal columns) the distance exact to 1e-9 m, for a hull of size L less than the
-   * true distance by O(L^2). The default encloses the hull in a ball about boundEverywhere(). */
+   *  with UnknownAs::Free it is free. Fields of voxels measure to the voxels' cubes: for a single
+   *  point (four equal columns) the distance exact to 1e-9 m, for a hull of size L less than the
+   *  true distance by O(L^2). The default encloses the hull in a ball about boundEverywhere(). */
   [[nodiscard]] virtual double hullBound(const Hull4& hull_L, UnknownAs unknown,
                                          double limit) const;
 

@@ -29,17 +29,17 @@ struct Certificate
  *  Between the two a field without voxels has the obstacles that its lowerBound() speaks of.
  *
  *  The curve is bisected into pieces, each enclosed by its Bezier points and their ball, and
- * accepted on a proved bound of the distance from ball (DistanceField::lowerBound()) or hull
- * (hullBound()) to the obstacles. No sampling is involved, hence no false accept; the proof is in
- * Certificate.cpp. A piece is refused only when its ball is below 0.05 mm, so with a field of
- * voxels a refused curve comes, right behind `until`, nearer to an obstacle than clearance_m + 0.11
- * mm, unless the work limit was met (20 000 pieces and 64 per span).
+ *  accepted on a proved bound of the distance from ball (DistanceField::lowerBound()) or hull
+ *  (hullBound()) to the obstacles. No sampling is involved, hence no false accept; the proof is in
+ *  Certificate.cpp. A piece is refused only when its ball is below 0.05 mm, so with a field of
+ *  voxels a refused curve comes, right behind `until`, nearer to an obstacle than clearance_m +
+ *  0.11 mm, unless the work limit was met (20 000 pieces and 64 per span).
  *
  *  @param from,to [s] stretch of the curve; beyond its ends the curve rests at its end points.
  *                 from >= to asks for the point at `from` alone
  *  @param clearance_m [m] > 0, to the voxels' surface: the vehicle's radius and margins
  *  @throws std::invalid_argument on a clearance that is not positive or numbers that are not finite
- *  @see algorithm.md 6.3; [Paper Sec. III-C] has no such check. Thread-safe, no randomness. */
+ *  @see docs/paper_map.md; the paper has no such check. Pure, thread-safe. */
 [[nodiscard]] Certificate certify(const spline::UniformBSpline& curve, double from, double to,
                                   const core::DistanceField& field, core::UnknownAs unknown,
                                   double clearance_m);
