@@ -19,8 +19,13 @@ constexpr std::size_t kFirstFlood = 256;
 }  // namespace
 
 ColumnBound::ColumnBound(Lattice& lattice, Memory& memory, const Eigen::Vector3i& size,
-                         float resolution)
-    : lattice_(lattice), memory_(memory), nx_(size.x()), ny_(size.y()), resolution_(resolution)
+                         float resolution, std::uint32_t seen)
+    : lattice_(lattice),
+      memory_(memory),
+      nx_(size.x()),
+      ny_(size.y()),
+      resolution_(resolution),
+      seen_(seen)
 {
   const auto count = static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_);
   if (memory_.columns.size() < count) memory_.columns.resize(count);
@@ -31,10 +36,11 @@ ColumnBound::ColumnBound(Lattice& lattice, Memory& memory, const Eigen::Vector3i
         moves_[i++] = {dx + nx_ * dy, resolution_ * std::sqrt(static_cast<float>(dx * dx + dy * dy))};
 }
 
-void ColumnBound::begin(std::uint32_t seen, std::uint32_t stamp, const Eigen::Array2i& start,
-                        const Eigen::Array2f& goal, float goal_factor, Walls walls)
+void ColumnBound::begin(std::uint32_t stamp, const Eigen::Array2i& start,
+                        const Eigen::Array2f& goal, float goal_factor, float most_cost,
+                        Walls walls)
 {
-  seen_ = seen;
+  most_cost_ = most_cost;
   stamp_ = stamp;
   walls_ = walls;
   start_at_ = start;
@@ -88,8 +94,10 @@ void ColumnBound::offer(std::uint32_t index, float cost)
 {
   Column& column = memory_.columns[index];
   if (!(cost < column.cost) || (column.walls & walls_)) return;
+  const float through = cost + toStart(index);
+  if (through > most_cost_) return;
   column.cost = cost;
-  memory_.queue.push(cost + toStart(index), {index, cost});
+  memory_.queue.push(through, {index, cost});
 }
 
 void ColumnBound::expand(std::uint32_t index)

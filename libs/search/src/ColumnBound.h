@@ -40,11 +40,13 @@ class ColumnBound
     std::vector<std::uint32_t> flood;
   };
 
-  ColumnBound(Lattice& lattice, Memory& memory, const Eigen::Vector3i& size, float resolution);
+  /// @param seen names the lattice among all that used the memory
+  ColumnBound(Lattice& lattice, Memory& memory, const Eigen::Vector3i& size, float resolution,
+              std::uint32_t seen);
 
-  /// @param start,goal points per axis from the first of the lattice
-  void begin(std::uint32_t seen, std::uint32_t stamp, const Eigen::Array2i& start,
-             const Eigen::Array2f& goal, float goal_factor, Walls walls);
+  /// @param stamp names the search; @param start,goal points per axis from the first of the lattice
+  void begin(std::uint32_t stamp, const Eigen::Array2i& start,
+             const Eigen::Array2f& goal, float goal_factor, float most_cost, Walls walls);
   /// Infinite if there is no way.
   [[nodiscard]] float toGoal(std::uint32_t column);
   enum class Reach
@@ -63,6 +65,10 @@ class ColumnBound
   }
   /// Closes a column for the searches that name this wall.
   void close(std::uint32_t column, Walls wall);
+  [[nodiscard]] bool isClosed(std::uint32_t column, Walls wall)
+  {
+    return (look(column).walls & wall) != 0;
+  }
 
  private:
   Column& look(std::uint32_t column);
@@ -81,8 +87,9 @@ class ColumnBound
     std::int32_t offset;
     float length;
   } moves_[8];
-  std::uint32_t seen_ = 0, stamp_ = 0, start_ = 0;
+  std::uint32_t seen_, stamp_ = 0, start_ = 0;
   Eigen::Array2i start_at_ = Eigen::Array2i::Zero();
+  float most_cost_ = 0.0f;
   Walls walls_ = 0;
 };
 }  // namespace slalom::search::detail

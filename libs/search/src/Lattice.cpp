@@ -55,7 +55,8 @@ Lattice::Lattice(const core::DistanceField& field, const Eigen::Vector3d& start_
   seen_stamp_ = ++work_.stamp;
   makeMoves();
   if (size_.z() - 2 <= kMostLayers)
-    columns_.emplace(*this, work_.columns, size_, static_cast<float>(resolution_));
+    columns_.emplace(*this, work_.columns, size_, static_cast<float>(resolution_),
+                     seen_stamp_);
 }
 
 Lattice::~Lattice()

@@ -90,6 +90,9 @@ class Lattice
    * which both ends are together within `most_m`. */
   void addWall(int wall, const Eigen::Vector3d& at_L, const Eigen::Vector3d& normal,
                double sight_m, const Eigen::Vector3d& goal_L, double most_m);
+  /// True if a straight piece passes one of these walls.
+  [[nodiscard]] bool crosses(Walls walls, const Eigen::Vector3d& a_L,
+                             const Eigen::Vector3d& b_L) const;
 
  private:
   struct Cell
@@ -159,6 +162,7 @@ class Lattice
   [[nodiscard]] bool floodUpTo(std::size_t count, Walls walls);
   [[nodiscard]] std::optional<Eigen::Vector3d> nearestOpen(const Eigen::Vector3d& place_L);
   [[nodiscard]] Eigen::Vector3d nearestExpanded(const Eigen::Vector3d& place_L) const;
+  void closeColumn(std::uint32_t column, Walls wall);
   [[nodiscard]] bool sees(const Eigen::Vector3d& from_L, const Eigen::Vector3d& to_L, double sight_m);
 
   const core::DistanceField& field_;

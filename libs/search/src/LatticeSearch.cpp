@@ -54,8 +54,8 @@ SearchEnd Lattice::search(const Query& query)
   if (bounded_)
   {
     const Eigen::Array2f goal = goal_.head<2>() - low_.head<2>().cast<float>().array();
-    columns_->begin(seen_stamp_, search_stamp_, -low_.head<2>().array(), goal, goal_factor_,
-                    query.walls);
+    columns_->begin(search_stamp_, -low_.head<2>().array(), goal, goal_factor_,
+                    static_cast<float>(query.most_cost), query.walls);
     const ColumnBound::Reach reach = columns_->reach();
     if (reach != ColumnBound::Reach::Start && query.walls != 0) return SearchEnd::StartExhausted;
     if (reach == ColumnBound::Reach::GoalClosed)

@@ -144,7 +144,7 @@ void PathFinder::searchOn(Lattice& lattice, Lattice::Query query, SearchResult& 
       if (query.walls == 0) result.nearest_L = lattice.nearestReachable(goal_L_, end);
       return;
     }
-    const PricedPath path = shortcut(field_, lattice.path(), config_);
+    const PricedPath path = shortcut(field_, lattice.path(), config_, lattice, query.walls);
     if (edges == EdgeCheck::Euclidean && !clear(field_, path.points, config_.clearance_m)) continue;
     finish(result, path);
     return;

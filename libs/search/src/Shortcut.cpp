@@ -4,17 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "Lattice.h"
+#include <vector>
 
 namespace slalom::search::detail
 {
 namespace
 {
 /// Points where a path turns, with both ends.
-std::vector<Eigen::Vector3d> corners(const std::vector<Eigen::Vector3d>& path)
+Path corners(const Path& path)
 {
-  std::vector<Eigen::Vector3d> kept = {path.front()};
+  Path kept = {path.front()};
   for (std::size_t i = 1; i + 1 < path.size(); ++i)
   {
     const Eigen::Vector3d before = path[i] - kept.back(), after = path[i + 1] - path[i];
@@ -46,10 +45,10 @@ double costOf(const core::DistanceField& field, const Eigen::Vector3d& a, const 
 }
 }  // namespace
 
-PricedPath shortcut(const core::DistanceField& field, const std::vector<Eigen::Vector3d>& path,
-                    const GridSearchConfig& config)
+PricedPath shortcut(const core::DistanceField& field, const Path& path,
+                    const GridSearchConfig& config, const Lattice& lattice, Walls walls)
 {
-  const std::vector<Eigen::Vector3d> points = corners(path);
+  const Path points = corners(path);
   std::vector<double> cost = {0.0};  // up to each point
   for (std::size_t i = 1; i < points.size(); ++i)
     cost.push_back(cost.back() + costOf(field, points[i - 1], points[i], config));
@@ -62,7 +61,7 @@ PricedPath shortcut(const core::DistanceField& field, const std::vector<Eigen::V
     for (; next > at + 1; --next)
     {
       straight = costOf(field, points[at], points[next], config, cost[next] - cost[at] + 1e-9);
-      if (straight < kInfinity &&
+      if (straight < kInfinity && !lattice.crosses(walls, points[at], points[next]) &&
           segmentClear(field, points[at], points[next], config.clearance_m))
         break;
     }
