@@ -2,16 +2,20 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
-#include <cstdlib>
-#include <memory>
+#include <limits>
 #include <optional>
 #include <vector>
 
+#include "BucketQueue.h"
+#include "ColumnBound.h"
 #include "slalom/search/GridSearch.h"
 
 namespace slalom::search::detail
 {
+using Path = std::vector<Eigen::Vector3d>;
+
 /// Cost of travelling one metre at a distance from obstacles [1], >= 1.
 [[nodiscard]] inline double costPerMetre(double distance, const GridSearchConfig& config)
 {
@@ -28,88 +32,164 @@ enum class EdgeCheck
   Marched     ///< marched unless both ends are far enough for any interpolated field
 };
 
+/// How a search ended.
+enum class SearchEnd
+{
+  Found,
+  StartExhausted,  ///< all that can be reached from the start was expanded
+  GoalExhausted,   ///< all from which the goal could be reached was seen, and the start is not in it
+  Limit
+};
+
 /** A* on the 26-connected points start + resolution (i, j, k) inside a region.
  *
- *  A point is open if it keeps the hard clearance; distances are queried when a point is first
- * seen. The goal is one more node, joined to the points around it. Ties are broken by insertion
- * order. */
+ *  A point is open if it keeps the hard clearance; its distance is queried when it is first seen
+ * and kept for all searches on the lattice. The goal is one more node, joined to the points around
+ * it. Whether an edge keeps the clearance is looked at only when the search is about to use it. Its
+ * memory is lent by the thread and given back, so that a search pays only for what it touches.
+ *
+ *  A wall closes points for the searches that name it. */
 class Lattice
 {
  public:
+  static constexpr int kMostWalls = 16;
+
   Lattice(const core::DistanceField& field, const Eigen::Vector3d& start_L,
-          const Eigen::AlignedBox3d& region_L, const GridSearchConfig& config, EdgeCheck edges);
+          const Eigen::AlignedBox3d& region_L, const GridSearchConfig& config);
+  ~Lattice();
+  Lattice(const Lattice&) = delete;
+  Lattice& operator=(const Lattice&) = delete;
 
   /// False if the region has more points than can be searched.
-  [[nodiscard]] bool usable() const { return cells_ != nullptr; }
+  [[nodiscard]] bool usable() const { return usable_; }
 
-  /// Start, lattice points, goal; nullopt if not reached.
-  [[nodiscard]] std::optional<std::vector<Eigen::Vector3d>> search(const Eigen::Vector3d& goal_L);
-  /// Open point nearest to a place, reachable or not.
-  [[nodiscard]] std::optional<Eigen::Vector3d> nearestOpen(const Eigen::Vector3d& place_L);
+  struct Query
+  {
+    Eigen::Vector3d goal_L;
+    EdgeCheck edges = EdgeCheck::Euclidean;
+    double most_cost = std::numeric_limits<double>::infinity();  ///< dearer paths are not wanted
+    Walls walls = 0;
+  };
+  /// Cost per metre at the best point of a column [1]; infinite if none is open.
+  [[nodiscard]] float bestFactor(std::uint32_t column);
 
+  /// From the start.
+  [[nodiscard]] SearchEnd search(const Query& query);
+  /// Start, lattice points, goal; after a search that found it.
+  [[nodiscard]] Path path() const;
+  /// All searches on this lattice; never more than config.max_expansions.
   [[nodiscard]] int expansions() const { return expansions_; }
-  [[nodiscard]] bool limited() const { return limited_; }
-  /// Expanded point nearest to a place; the start if none was expanded.
-  [[nodiscard]] Eigen::Vector3d nearestExpanded(const Eigen::Vector3d& place_L) const;
+
+  /** The point nearest to a place that can be reached from the start, after a search towards that
+   * place that did not find it, or none at all (`end` empty). Best effort at the expansion limit. */
+  [[nodiscard]] Eigen::Vector3d nearestReachable(const Eigen::Vector3d& place_L,
+                                                 std::optional<SearchEnd> end);
+
+  /** Closes, for searches that name this wall, the points of the plane through `at_L` across
+   * `normal` that can be seen from `at_L` past obstacles nearer than `sight_m`. Only points from
+   * which both ends are together within `most_m`. */
+  void addWall(int wall, const Eigen::Vector3d& at_L, const Eigen::Vector3d& normal,
+               double sight_m, const Eigen::Vector3d& goal_L, double most_m);
+  /// True if a straight piece passes one of these walls.
+  [[nodiscard]] bool crosses(Walls walls, const Eigen::Vector3d& a_L,
+                             const Eigen::Vector3d& b_L) const;
 
  private:
-  enum State : std::uint32_t
-  {
-    Unseen,  // zero: what fresh memory holds
-    Blocked,
-    Open,
-    Expanded
-  };
   struct Cell
   {
-    float cost, distance;
-    std::uint32_t parent;
-    State state;
+    float cost, distance;  ///< cost is of the search that stamped it, distance of the lattice
+    std::uint32_t stamp = 0;
+    Walls walls;
+    std::uint8_t parent;  ///< the move that led here
+    std::uint8_t flags;
+  };
+  enum Flag : std::uint8_t
+  {
+    Closed = 1,   // by the search that stamped it: expanded
+    Flooded = 2,  // seen from the goal
+    Pocket = 4    // cannot be reached from the start
   };
   struct Entry
   {
-    float priority;
-    std::uint32_t order, cell;
-    /// Heap order: the top is the smallest priority, then the oldest.
-    bool operator<(const Entry& other) const
-    {
-      return priority != other.priority ? priority > other.priority : order > other.order;
-    }
+    std::uint32_t cell;
+    float cost;
+    std::uint8_t move;
+    bool sure;  ///< that the edge is clear
   };
   struct Move
   {
     Eigen::Vector3i step;
-    std::int64_t offset;
+    std::int32_t offset;
+    std::int32_t column;  ///< which of the nine columns around a point, from 0
     float length;
     float sure_distance;  ///< an edge whose ends are at least this far is clear
   };
-  struct Free
+  struct Workspace
   {
-    void operator()(void* memory) const { std::free(memory); }
+    std::vector<Cell> cells;
+    BucketQueue<Entry> queue;
+    std::vector<std::uint32_t> expanded, flood;
+    ColumnBound::Memory columns;
+    std::uint32_t stamp = 0;
   };
+  static Workspace& ofThisThread();
 
-  void makeMoves(double clearance, EdgeCheck edges);
+  void makeMoves();
+  [[nodiscard]] float greed() const;
+  void setEdgeCheck(EdgeCheck edges);
   [[nodiscard]] Eigen::Vector3i coordinates(std::uint32_t cell) const;
   [[nodiscard]] std::uint32_t indexOf(const Eigen::Vector3i& at) const;
+  [[nodiscard]] std::uint32_t columnOf(const Eigen::Vector3i& at) const
+  {
+    return static_cast<std::uint32_t>(at.x() - low_.x() + size_.x() * (at.y() - low_.y()));
+  }
   [[nodiscard]] bool inside(const Eigen::Vector3i& at) const;
   [[nodiscard]] Eigen::Vector3d place(const Eigen::Vector3i& at) const;
-  State look(std::uint32_t cell, const Eigen::Vector3i& at);
-  void expand(std::uint32_t cell, const Eigen::Vector3d& goal_L);
-  void joinGoal(std::uint32_t from, const Eigen::Vector3d& from_L, const Eigen::Vector3d& goal_L);
-  void push(std::uint32_t cell, double priority);
+  [[nodiscard]] Eigen::Vector3i nearestPoint(const Eigen::Vector3d& place_L) const;
+  Cell& look(std::uint32_t cell, const Eigen::Vector3i& at);
+  void ask(Cell& cell, const Eigen::Vector3i& at);
+  [[nodiscard]] bool open(const Cell& cell) const { return cell.distance >= clearance_; }
+  [[nodiscard]] float factor(const Cell& cell) const
+  {
+    return 1.0f + slope_ * std::max(0.0f, preferred_ - cell.distance);
+  }
+  void begin(const Query& query);
+  SearchEnd run(const Query& query);
+  [[nodiscard]] bool edgeClear(const Entry& entry) const;
+  void expand(std::uint32_t cell, const Query& query);
+  void joinGoal(std::uint32_t from, const Eigen::Vector3d& from_L, const Query& query);
+  void startFlood(const Query& query);
+  [[nodiscard]] bool floodUpTo(std::size_t count, Walls walls);
+  [[nodiscard]] std::optional<Eigen::Vector3d> nearestOpen(const Eigen::Vector3d& place_L);
+  [[nodiscard]] Eigen::Vector3d nearestExpanded(const Eigen::Vector3d& place_L) const;
+  void closeColumn(std::uint32_t column, Walls wall);
+  [[nodiscard]] bool sees(const Eigen::Vector3d& from_L, const Eigen::Vector3d& to_L, double sight_m);
 
   const core::DistanceField& field_;
   const GridSearchConfig& config_;
   Eigen::Vector3d start_L_;
-  double resolution_, greed_;
-  Eigen::Vector3i low_, size_;  ///< lattice coordinates of the first point, points per axis
-  std::uint32_t goal_node_ = 0;
-  std::unique_ptr<Cell[], Free> cells_;  ///< one more than there are points: the goal
+  double resolution_;
+  float clearance_, preferred_, slope_;
+  Eigen::Vector3i low_, size_;  ///< lattice coordinates of the first point, points per axis; both
+                                ///< with a margin of one point that is never open
+  bool usable_ = false;
+  Workspace work_;
+  std::uint32_t seen_stamp_ = 0, search_stamp_ = 0;
   std::vector<Move> moves_;
-  std::vector<Entry> heap_;
-  std::vector<std::uint32_t> expanded_;
-  std::uint32_t pushed_ = 0;
+  std::optional<ColumnBound> columns_;  ///< not for boxes so high that it does not pay
   int expansions_ = 0;
-  bool limited_ = false;
+  // Of the search that is running.
+  Eigen::Array3f goal_ = Eigen::Array3f::Zero();  ///< in lattice coordinates
+  bool bounded_ = false;  ///< by the columns
+  float goal_cost_ = 0.0f, goal_factor_ = 1.0f;
+  std::uint32_t goal_parent_ = 0;
+  Eigen::Vector3d goal_L_ = Eigen::Vector3d::Zero();
+  std::size_t flood_next_ = 0;
+  enum class Flood
+  {
+    NotBegun,
+    Running,
+    MetTheSearch
+  } flood_state_ = Flood::NotBegun;
 };
 }  // namespace slalom::search::detail

@@ -16,7 +16,8 @@ struct GridSearchConfig
       0.8;  ///< [m] cells nearer than this cost more, so that wide gaps win over narrow ones
   double proximity_weight =
       2.0;                      ///< [1] extra cost per metre travelled at zero preferred clearance
-  int max_expansions = 200000;  ///< [1] cap; the result is then "not found"
+  int max_expansions = 200000;  ///< [1] cap of a call; the result is then "not found"
+  double max_detour = 1.8;      ///< [1] an alternative may cost this times the first path
 };
 
 enum class SearchStatus
@@ -34,6 +35,7 @@ struct SearchResult
   Eigen::Matrix3Xd
       path;  ///< from start to goal, shortcut, both included exactly; empty unless Found
   double length_m = 0.0;
+  double cost_m = 0.0;  ///< [m] length weighted by nearness to obstacles, >= length_m
   int expansions = 0;
   Eigen::Vector3d
       nearest_L;  ///< reached cell nearest to the goal; what "approach and hold" can use

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
+#include "Lattice.h"
+
+namespace slalom::search::detail
+{
+namespace
+{
+/// Width of a bucket as a share of the straight distance; greed and this together make 1.05 or 1.2.
+constexpr float kBucketShare = 0.005f;
+/// The goal's surroundings are looked at when a search has become this long, and again at four
+/// times that.
+constexpr int kFirstFlood = 256;
+/// Cell of the goal: a corner of the margin, which no search can enter.
+constexpr std::uint32_t kGoal = 0;
+
+/// Shortest way between two points on an empty lattice of edge one.
+float latticeDistance(float x, float y, float z)
+{
+  const float most = std::max({x, y, z}), least = std::min({x, y, z});
+  const float middle = x + y + z - most - least;
+  constexpr float kSqrt2 = 1.41421356f, kSqrt3 = 1.73205081f;
+  return (kSqrt3 - kSqrt2) * least + (kSqrt2 - 1.0f) * middle + most;
+}
+}  // namespace
+
+void Lattice::begin(const Query& query)
+{
+  search_stamp_ = ++work_.stamp;
+  setEdgeCheck(query.edges);
+  goal_L_ = query.goal_L;
+  goal_ = ((query.goal_L - start_L_) / resolution_).cast<float>().array();
+  goal_cost_ = std::numeric_limits<float>::infinity();
+  const auto at_goal = field_.distance(query.goal_L, core::UnknownAs::Free);
+  goal_factor_ = static_cast<float>(costPerMetre(at_goal.value_or(0.0), config_));
+  flood_state_ = Flood::NotBegun;
+  work_.expanded.clear();
+
+  const std::uint32_t start = indexOf(Eigen::Vector3i::Zero());
+  look(start, Eigen::Vector3i::Zero());
+  const auto resolution = static_cast<float>(resolution_);
+  const Eigen::Array3f offset = goal_.abs();
+  const float straight = resolution * latticeDistance(offset.x(), offset.y(), offset.z());
+  work_.queue.reset(straight, kBucketShare * std::max(straight, resolution));
+  work_.queue.push(greed() * straight, {start, 0.0f, 0, true});
+}
+
+SearchEnd Lattice::search(const Query& query)
+{
+  begin(query);
+  bounded_ = columns_.has_value();
+  if (bounded_)
+  {
+    const Eigen::Array2f goal = goal_.head<2>() - low_.head<2>().cast<float>().array();
+    columns_->begin(search_stamp_, -low_.head<2>().array(), goal, goal_factor_,
+                    static_cast<float>(query.most_cost), query.walls);
+    const ColumnBound::Reach reach = columns_->reach();
+    if (reach != ColumnBound::Reach::Start && query.walls != 0) return SearchEnd::StartExhausted;
+    if (reach == ColumnBound::Reach::GoalClosed)
+    {
+      columns_->markPocket();
+      return SearchEnd::GoalExhausted;
+    }
+    // If there is no way, it is still wanted what can be reached.
+    bounded_ = reach == ColumnBound::Reach::Start;
+  }
+  const SearchEnd end = run(query);
+  // What is behind a wall is not out of reach.
+  const bool pocket = end == SearchEnd::GoalExhausted && query.walls == 0;
+  for (const std::uint32_t cell : work_.flood)
+    if (pocket)
+      work_.cells[cell].flags |= Pocket;
+    else
+      work_.cells[cell].flags &= static_cast<std::uint8_t>(~Flooded);
+  work_.flood.clear();
+  return end;
+}
+
+SearchEnd Lattice::run(const Query& query)
+{
+  int next_flood = expansions_ + kFirstFlood;
+  Entry entry;
+  while (work_.queue.pop(entry))
+  {
+    if (entry.cell == kGoal)
+    {
+      if (entry.cost > goal_cost_) continue;
+      return SearchEnd::Found;
+    }
+    Cell& cell = work_.cells[entry.cell];
+    if (cell.stamp == search_stamp_ && ((cell.flags & Closed) || entry.cost > cell.cost)) continue;
+    if (!entry.sure && !edgeClear(entry)) continue;
+    if (expansions_ >= config_.max_expansions) return SearchEnd::Limit;
+    ++expansions_;
+    if (cell.stamp != search_stamp_) cell.stamp = search_stamp_;
+    cell.cost = entry.cost;
+    cell.parent = entry.move;
+    cell.flags |= Closed;
+    work_.expanded.push_back(entry.cell);
+    expand(entry.cell, query);
+    if (expansions_ < next_flood) continue;
+    next_flood = 4 * expansions_;
+    if (flood_state_ == Flood::NotBegun) startFlood(query);
+    if (floodUpTo(work_.expanded.size(), query.walls)) return SearchEnd::GoalExhausted;
+  }
+  return SearchEnd::StartExhausted;
+}
+
+bool Lattice::edgeClear(const Entry& entry) const
+{
+  const Eigen::Vector3i at = coordinates(entry.cell);
+  return segmentClear(field_, place(at - moves_[entry.move].step), place(at), config_.clearance_m);
+}
+
+void Lattice::joinGoal(std::uint32_t from, const Eigen::Vector3d& from_L, const Query& query)
+{
+  const Cell& cell = work_.cells[from];
+  const auto length = static_cast<float>((query.goal_L - from_L).norm());
+  const float cost = cell.cost + length * 0.5f * (factor(cell) + goal_factor_);
+  if (cost >= goal_cost_ || !segmentClear(field_, from_L, query.goal_L, config_.clearance_m))
+    return;
+  goal_cost_ = cost;
+  goal_parent_ = from;
+  work_.queue.push(cost, {kGoal, cost, 0, true});
+}
+
+void Lattice::expand(std::uint32_t index, const Query& query)
+{
+  const Cell here = work_.cells[index];
+  const Eigen::Vector3i at = coordinates(index);
+  const Eigen::Array3f offset = goal_ - at.cast<float>().array();
+  if (offset.abs().maxCoeff() <= 1.001f) joinGoal(index, place(at), query);
+
+  // Of the columns around: computed when first wanted.
+  std::array<float, 9> above;
+  above.fill(-1.0f);
+
+  const float here_factor = factor(here);
+  const auto most = static_cast<float>(query.most_cost), resolution = static_cast<float>(resolution_);
+  const float greed = this->greed();
+  for (std::size_t m = 0; m < moves_.size(); ++m)
+  {
+    const Move& move = moves_[m];
+    const auto neighbour = static_cast<std::uint32_t>(static_cast<std::int32_t>(index) + move.offset);
+    Cell& there = work_.cells[neighbour];
+    if (there.stamp < seen_stamp_) ask(there, at + move.step);
+    const bool fresh = there.stamp != search_stamp_;
+    if (!open(there) || (there.walls & query.walls) || (!fresh && (there.flags & Closed))) continue;
+    const float cost = here.cost + move.length * 0.5f * (here_factor + factor(there));
+    if (!fresh && cost >= there.cost) continue;
+    const Eigen::Array3f left = (offset - move.step.cast<float>().array()).abs();
+    float to_go = resolution * latticeDistance(left.x(), left.y(), left.z());
+    if (bounded_)
+    {
+      float& flat = above[static_cast<std::size_t>(move.column)];
+      if (flat < 0.0f)
+        flat = columns_->toGoal(columnOf(at + move.step));
+      const float climb = resolution * left.z();
+      to_go = std::max(to_go, std::sqrt(flat * flat + climb * climb));
+    }
+    if (cost + to_go > most) continue;
+    const bool sure = std::min(here.distance, there.distance) >= move.sure_distance;
+    if (fresh)
+    {
+      there.stamp = search_stamp_;
+      there.flags &= static_cast<std::uint8_t>(~Closed);
+      there.cost = std::numeric_limits<float>::infinity();
+    }
+    // An edge that may prove blocked must not hide the others.
+    if (sure) there.cost = cost;
+    work_.queue.push(cost + greed * to_go, {neighbour, cost, static_cast<std::uint8_t>(m), sure});
+  }
+}
+
+Path Lattice::path() const
+{
+  const std::uint32_t start = indexOf(Eigen::Vector3i::Zero());
+  Path path = {goal_L_};
+  Eigen::Vector3i at = coordinates(goal_parent_);
+  for (std::uint32_t cell = goal_parent_; cell != start;)
+  {
+    path.push_back(place(at));
+    const Move& move = moves_[work_.cells[cell].parent];
+    at -= move.step;
+    cell = static_cast<std::uint32_t>(static_cast<std::int32_t>(cell) - move.offset);
+  }
+  path.push_back(start_L_);
+  std::reverse(path.begin(), path.end());
+  return path;
+}
+
+}  // namespace slalom::search::detail
