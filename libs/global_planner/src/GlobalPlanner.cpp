@@ -351,7 +351,6 @@ GlobalPlannerOutput PlanStep::commit(const Attempt& attempt, RefineOutcome outco
   record.reason = attempt.reason;
   record.stop_excess = promised.law.excess();
   record.certificate_margin_m = plan.certificate.margin_m;
-  record.min_clearance_m = minClearance(curve, in_.progress, curve.end(), field_);
   record.ran = true;
   record.outcome = toString(outcome);
   return {outcome, goal_, std::make_shared<const RefinedReference>(std::move(promised)),

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "slalom/global_planner/Retreat.h"
-#include "slalom/search/GridSearch.h"
+#include "slalom/search/DistinctPaths.h"
 
 namespace slalom::global_planner
 {

@@ -62,6 +62,7 @@ class Work
                        const Eigen::Vector3d& away);
   void minimise(double gain);
   [[nodiscard]] Eigen::VectorXd fitWeights() const;
+  [[nodiscard]] Certificate prove(const UniformBSpline& curve, double more) const;
   bool examine(std::optional<Refinement>& accepted);
   bool findGuides(const std::vector<Bypass>& bypasses, std::vector<Eigen::Matrix3Xd>& guides);
   [[nodiscard]] double travelCost(const UniformBSpline& curve) const;
@@ -284,37 +285,45 @@ double Work::travelCost(const UniformBSpline& curve) const
   return cost;
 }
 
-/// Takes the draft as it is if it is proved clear, and better so than what was accepted before.
-bool Work::examine(std::optional<Refinement>& accepted)
+/// What a proof of the draft would have to show, with `more` clearance than needed.
+Certificate Work::prove(const UniformBSpline& curve, double more) const
 {
-  const UniformBSpline curve = result_.draft.curve();
   // The margin is demanded of what can still be changed; the given columns were proved with it
   // before, and the map of then was another one.
-  const double radius = c_.vehicle.radius_m, margin = c_.config.margin_m;
+  const double radius = c_.vehicle.radius_m, margin = c_.config.margin_m + more;
   const double from = std::min(c_.progress, curve.end());
   const double given =
       std::clamp(result_.draft.influence(result_.draft.fixed - 1), from, curve.end());
-  result_.certificate = certify(curve, from, given, c_.field, UnknownAs::Free, radius);
-  if (!result_.certificate.holds(given)) return false;
+  const Certificate first = certify(curve, from, given, c_.field, UnknownAs::Free, radius);
+  if (!first.holds(given)) return first;
   const Certificate rest =
       certify(curve, given, curve.end(), c_.field, UnknownAs::Free, radius + margin);
-  if (!rest.holds(curve.end())) return false;
-  result_.certificate = {rest.until,
-                         std::min(result_.certificate.margin_m, rest.margin_m + margin)};
-  if (!accepted || result_.certificate.margin_m > accepted->certificate.margin_m)
+  return {rest.until, std::min(first.margin_m, rest.margin_m + margin)};
+}
+
+/// Takes the draft as it is if it is proved clear. True if half a voxel is to spare besides, since
+/// the next map will differ.
+bool Work::examine(std::optional<Refinement>& accepted)
+{
+  const UniformBSpline curve = result_.draft.curve();
+  const Certificate certificate = prove(curve, 0.0);
+  if (!certificate.holds(curve.end())) return false;
+  const bool comfortable = prove(curve, 0.5 * c_.field.resolution()).holds(curve.end());
+  const double clearance = minClearance(curve, c_.progress, curve.end(), c_.field);
+  if (comfortable || !accepted || clearance > accepted->record.min_clearance_m)
   {
     accepted = result_;
     accepted->accepted = true;
+    accepted->certificate = certificate;
     accepted->failure.clear();
     accepted->travel_cost = travelCost(curve);
+    accepted->record.min_clearance_m = clearance;
   }
-  return true;
+  return comfortable;
 }
 
 Refinement Work::run(std::vector<Bypass> bypasses, std::vector<Eigen::Matrix3Xd> guides)
 {
-  // Accepted is what is proved; tried for is half a voxel more, since the next map will differ.
-  const double comfortable = 0.5 * c_.field.resolution();
   std::optional<Refinement> accepted;
   double gain = 1.0;
   for (int attempt = 0; attempt < c_.config.max_attempts; ++attempt, gain *= kStronger)
@@ -329,8 +338,7 @@ Refinement Work::run(std::vector<Bypass> bypasses, std::vector<Eigen::Matrix3Xd>
     keepClear();
     minimise(gain);
     result_.failure = "not clear after optimisation";
-    if (examine(accepted) && result_.certificate.margin_m >= c_.config.margin_m + comfortable)
-      break;
+    if (examine(accepted)) break;
     if (accepted || bypasses.empty()) continue;
     // S_* lies inside its polyhedra, however much J would rather have a smoother way.
     std::swap(result_.draft, pushed);

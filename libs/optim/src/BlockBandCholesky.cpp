@@ -55,12 +55,6 @@ Vector3d backward(const Matrix3d& l, Vector3d y)
 }
 }  // namespace
 
-void BlockBand::setZero()
-{
-  for (auto* blocks : {&diagonal, &first, &second})
-    std::fill(blocks->begin(), blocks->end(), Matrix3d::Zero());
-}
-
 bool BlockBandCholesky::compute(const BlockBand& matrix)
 {
   const std::size_t n = matrix.diagonal.size();

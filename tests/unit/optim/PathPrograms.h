@@ -306,4 +306,34 @@ class NormProgram final : public RowsProgram
   double eps_;
 };
 
+/// The dead-zone problem [Paper Eq. (5)] as one program, its norms squared (the same minimiser,
+/// point by point).
+class DeadZoneProgram final : public RowsProgram
+{
+ public:
+  DeadZoneProgram(const Matrix3Xd& wanted, const PathSets& sets)
+      : RowsProgram(wanted.cols(), sets, 0), wanted_(wanted.reshaped())
+  {
+  }
+  std::vector<Entry> hessianStructure() const override
+  {
+    std::vector<Entry> entries;
+    for (int i = 0; i < variables(); ++i) entries.push_back({i, i});
+    return entries;
+  }
+  double cost(const Ref<const VectorXd>& x) const override { return (x - wanted_).squaredNorm(); }
+  void gradient(const Ref<const VectorXd>& x, Ref<VectorXd> g) const override
+  {
+    g = 2.0 * (x - wanted_);
+  }
+  void hessian(const Ref<const VectorXd>&, double sigma, const Ref<const VectorXd>&,
+               Ref<VectorXd> values) const override
+  {
+    values.setConstant(2.0 * sigma);
+  }
+
+ private:
+  VectorXd wanted_;
+};
+
 }  // namespace slalom::optim::test
