@@ -60,9 +60,9 @@ Obstacles trunks(Rng& rng, double per_m2, double least, double most)
 {
   Obstacles obstacles;
   for (int i = 0; i < 4.0 * kHalfSide * kHalfSide * per_m2; ++i)
-    obstacles.push_back(
-        test::VerticalCylinder{{rng.uniform(-kHalfSide, kHalfSide), rng.uniform(-kHalfSide, kHalfSide)},
-                               rng.uniform(least, most)});
+    obstacles.push_back(test::VerticalCylinder{
+        {rng.uniform(-kHalfSide, kHalfSide), rng.uniform(-kHalfSide, kHalfSide)},
+        rng.uniform(least, most)});
   return obstacles;
 }
 
@@ -71,8 +71,8 @@ SearchProblem ask(Rng& rng, std::shared_ptr<const core::DistanceField> field)
 {
   const Vec middle(rng.uniform(-3, 3), rng.uniform(-3, 3), rng.uniform(1.0, 2.0));
   const double heading = rng.uniform(0, 6.283), length = rng.uniform(2.0, 8.0);
-  const Vec half = 0.5 * Vec(length * std::cos(heading), length * std::sin(heading),
-                             rng.uniform(-0.4, 0.4));
+  const Vec half =
+      0.5 * Vec(length * std::cos(heading), length * std::sin(heading), rng.uniform(-0.4, 0.4));
   return problem(std::move(field), middle - half, middle + half);
 }
 
@@ -84,7 +84,7 @@ std::vector<SearchProblem> askUntil(std::size_t count, std::uint64_t seed, Make&
   while (problems.size() < count)
   {
     const auto field = mapOf(make(rng));
-    for (int i = 0; i < 12 && problems.size() < count; ++i)
+    for (int i = 0; i < 40 && problems.size() < count; ++i)
       if (SearchProblem p = ask(rng, field); worthAsking(p)) problems.push_back(std::move(p));
   }
   return problems;
@@ -108,8 +108,8 @@ std::vector<SearchProblem> crowns(double trees_per_m2, std::size_t count)
                                                rng.uniform(-kHalfSide, kHalfSide));
                       const double radius = rng.uniform(0.5, 0.9);
                       obstacles.push_back(test::VerticalCylinder{at, rng.uniform(0.1, 0.2)});
-                      obstacles.push_back(test::Sphere{
-                          {at.x(), at.y(), rng.uniform(1.4, 2.4) + radius}, radius});
+                      obstacles.push_back(
+                          test::Sphere{{at.x(), at.y(), rng.uniform(1.4, 2.4) + radius}, radius});
                     }
                     return obstacles;
                   });
@@ -122,10 +122,9 @@ std::vector<SearchProblem> uTraps(std::size_t count)
   {
     Rng rng(seed);
     const double depth = rng.uniform(2.0, 4.0), half = rng.uniform(1.4, 2.0);
-    const auto field =
-        mapOf({Box(Vec(2.0, -half - 0.2, -1), Vec(2.3, half + 0.2, 9)),
-               Box(Vec(2.0 - depth, half, -1), Vec(2.3, half + 0.25, 9)),
-               Box(Vec(2.0 - depth, -half - 0.25, -1), Vec(2.3, -half, 9))});
+    const auto field = mapOf({Box(Vec(2.0, -half - 0.2, -1), Vec(2.3, half + 0.2, 9)),
+                              Box(Vec(2.0 - depth, half, -1), Vec(2.3, half + 0.25, 9)),
+                              Box(Vec(2.0 - depth, -half - 0.25, -1), Vec(2.3, -half, 9))});
     const SearchProblem p = problem(field, {rng.uniform(0.4, 1.2), rng.uniform(-0.5, 0.5), 1.5},
                                     {rng.uniform(3.2, 5.0), rng.uniform(-1.0, 1.0), 1.5});
     if (worthAsking(p)) problems.push_back(p);
@@ -143,9 +142,8 @@ std::vector<SearchProblem> twoGaps(std::size_t count)
     const auto field = mapOf({Box(Vec(0, -left, -1), Vec(0.3, right, 9)),
                               Box(Vec(0, -9, -1), Vec(0.3, -left - rng.uniform(1.4, 1.9), 9)),
                               Box(Vec(0, right + rng.uniform(1.4, 1.9), -1), Vec(0.3, 9, 9))});
-    const SearchProblem p =
-        problem(field, {rng.uniform(-4.0, -1.0), rng.uniform(-1.0, 1.0), 1.5},
-                {rng.uniform(1.3, 4.0), rng.uniform(-1.0, 1.0), 1.5});
+    const SearchProblem p = problem(field, {rng.uniform(-4.0, -1.0), rng.uniform(-1.0, 1.0), 1.5},
+                                    {rng.uniform(1.3, 4.0), rng.uniform(-1.0, 1.0), 1.5});
     if (worthAsking(p)) problems.push_back(p);
   }
   return problems;

@@ -70,8 +70,7 @@ TextbookResult textbookAStar(const core::DistanceField& field, const Vec& start_
     }
     for (int n = 0; n < 27; ++n)
     {
-      const Eigen::Vector3i next =
-          top.at + Eigen::Vector3i(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+      const Eigen::Vector3i next = top.at + Eigen::Vector3i(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
       if (n == 13 || ((next - low).array() < 0).any() || ((high - next).array() < 0).any())
         continue;
       const Vec there = place(next);

@@ -33,12 +33,12 @@ ColumnBound::ColumnBound(Lattice& lattice, Memory& memory, const Eigen::Vector3i
   for (int dy = -1; dy <= 1; ++dy)
     for (int dx = -1; dx <= 1; ++dx)
       if (dx != 0 || dy != 0)
-        moves_[i++] = {dx + nx_ * dy, resolution_ * std::sqrt(static_cast<float>(dx * dx + dy * dy))};
+        moves_[i++] = {dx + nx_ * dy,
+                       resolution_ * std::sqrt(static_cast<float>(dx * dx + dy * dy))};
 }
 
 void ColumnBound::begin(std::uint32_t stamp, const Eigen::Array2i& start,
-                        const Eigen::Array2f& goal, float goal_factor, float most_cost,
-                        Walls walls)
+                        const Eigen::Array2f& goal, float goal_factor, float most_cost, Walls walls)
 {
   most_cost_ = most_cost;
   stamp_ = stamp;
@@ -137,7 +137,7 @@ ColumnBound::Reach ColumnBound::reach()
     expand(entry.column);
     if (++expanded < next_flood) continue;
     next_flood = 4 * expanded;
-    if (startIsClosedIn(expanded)) return Reach::StartClosed;
+    if (walls_ == 0 && startIsClosedIn(expanded)) return Reach::StartClosed;
   }
   return column.cost < kInfinity ? Reach::Start : Reach::GoalClosed;
 }

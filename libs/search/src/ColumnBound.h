@@ -15,9 +15,9 @@ using Walls = std::uint16_t;  ///< one bit per wall
 /** What the way to the goal costs at least, seen from above: the cheapest way over the lattice's
  * columns, each as open and as cheap as its best point.
  *
- *  Exact on that plane, found backwards from the goal by A* towards the start that stops when it has
- * what was asked for, and goes on when more is asked. Where obstacles are upright, this is the cost
- * itself, for a fraction of the work that the full lattice takes. */
+ *  Exact on that plane, found backwards from the goal by A* towards the start that stops when it
+ * has what was asked for, and goes on when more is asked. Where obstacles are upright, this is the
+ * cost itself, for a fraction of the work that the full lattice takes. */
 class ColumnBound
 {
  public:
@@ -45,8 +45,8 @@ class ColumnBound
               std::uint32_t seen);
 
   /// @param stamp names the search; @param start,goal points per axis from the first of the lattice
-  void begin(std::uint32_t stamp, const Eigen::Array2i& start,
-             const Eigen::Array2f& goal, float goal_factor, float most_cost, Walls walls);
+  void begin(std::uint32_t stamp, const Eigen::Array2i& start, const Eigen::Array2f& goal,
+             float goal_factor, float most_cost, Walls walls);
   /// Infinite if there is no way.
   [[nodiscard]] float toGoal(std::uint32_t column);
   enum class Reach

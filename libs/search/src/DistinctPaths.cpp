@@ -66,9 +66,8 @@ std::vector<Neck> necksOf(const core::DistanceField& field, const Eigen::Matrix3
 class Alternatives
 {
  public:
-  Alternatives(PathFinder& finder, const core::DistanceField& field,
-               const Eigen::Vector3d& goal_L, const GridSearchConfig& config,
-               const SearchResult& first, std::size_t wanted)
+  Alternatives(PathFinder& finder, const core::DistanceField& field, const Eigen::Vector3d& goal_L,
+               const GridSearchConfig& config, const SearchResult& first, std::size_t wanted)
       : finder_(finder),
         field_(field),
         goal_L_(goal_L),
@@ -129,9 +128,7 @@ class Alternatives
   void keep(Candidate&& found)
   {
     const auto same = [&](const Candidate& other)
-    {
-      return deformable(field_, other.result.path, found.result.path, config_.clearance_m);
-    };
+    { return deformable(field_, other.result.path, found.result.path, config_.clearance_m); };
     const auto cheaper = [&](const Candidate& other)
     { return other.result.cost_m <= found.result.cost_m; };
     if (same(kept_[0])) return;
@@ -168,8 +165,7 @@ std::vector<SearchResult> findDistinctPaths(const core::DistanceField& field,
   std::vector<SearchResult> paths = {finder.first()};
   if (paths[0].status != SearchStatus::Found || max_paths == 1) return paths;
 
-  return Alternatives(finder, field, goal_L, config, paths[0],
-                      static_cast<std::size_t>(max_paths))
+  return Alternatives(finder, field, goal_L, config, paths[0], static_cast<std::size_t>(max_paths))
       .take();
 }
 

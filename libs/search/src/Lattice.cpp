@@ -16,7 +16,7 @@ constexpr std::size_t kMostKept = std::size_t{1} << 22;
 /// greedier search sees far fewer points.
 constexpr float kGreed = 1.045f, kGreedForPreference = 1.195f;
 /// Boxes of more layers than this are seldom passed upright.
-constexpr int kMostLayers = 16;
+constexpr int kMostLayers = 24;
 }  // namespace
 
 Lattice::Workspace& Lattice::ofThisThread()
@@ -55,8 +55,7 @@ Lattice::Lattice(const core::DistanceField& field, const Eigen::Vector3d& start_
   seen_stamp_ = ++work_.stamp;
   makeMoves();
   if (size_.z() - 2 <= kMostLayers)
-    columns_.emplace(*this, work_.columns, size_, static_cast<float>(resolution_),
-                     seen_stamp_);
+    columns_.emplace(*this, work_.columns, size_, static_cast<float>(resolution_), seen_stamp_);
 }
 
 Lattice::~Lattice()
@@ -90,9 +89,8 @@ void Lattice::setEdgeCheck(EdgeCheck edges)
   // Interpolation bends that; its slope is at most sqrt(3).
   const float half_slope = 0.5f * std::sqrt(3.0f);
   for (Move& move : moves_)
-    move.sure_distance = edges == EdgeCheck::Euclidean
-                             ? std::hypot(clearance_, 0.5f * move.length)
-                             : clearance_ + half_slope * move.length;
+    move.sure_distance = edges == EdgeCheck::Euclidean ? std::hypot(clearance_, 0.5f * move.length)
+                                                       : clearance_ + half_slope * move.length;
 }
 
 Eigen::Vector3i Lattice::coordinates(std::uint32_t cell) const

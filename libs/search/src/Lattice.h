@@ -37,7 +37,7 @@ enum class SearchEnd
 {
   Found,
   StartExhausted,  ///< all that can be reached from the start was expanded
-  GoalExhausted,   ///< all from which the goal could be reached was seen, and the start is not in it
+  GoalExhausted,  ///< all from which the goal could be reached was seen, and the start is not in it
   Limit
 };
 
@@ -81,15 +81,16 @@ class Lattice
   [[nodiscard]] int expansions() const { return expansions_; }
 
   /** The point nearest to a place that can be reached from the start, after a search towards that
-   * place that did not find it, or none at all (`end` empty). Best effort at the expansion limit. */
+   * place that did not find it, or none at all (`end` empty). Best effort at the expansion limit.
+   */
   [[nodiscard]] Eigen::Vector3d nearestReachable(const Eigen::Vector3d& place_L,
                                                  std::optional<SearchEnd> end);
 
   /** Closes, for searches that name this wall, the points of the plane through `at_L` across
    * `normal` that can be seen from `at_L` past obstacles nearer than `sight_m`. Only points from
    * which both ends are together within `most_m`. */
-  void addWall(int wall, const Eigen::Vector3d& at_L, const Eigen::Vector3d& normal,
-               double sight_m, const Eigen::Vector3d& goal_L, double most_m);
+  void addWall(int wall, const Eigen::Vector3d& at_L, const Eigen::Vector3d& normal, double sight_m,
+               const Eigen::Vector3d& goal_L, double most_m);
   /// True if a straight piece passes one of these walls.
   [[nodiscard]] bool crosses(Walls walls, const Eigen::Vector3d& a_L,
                              const Eigen::Vector3d& b_L) const;
@@ -163,7 +164,8 @@ class Lattice
   [[nodiscard]] std::optional<Eigen::Vector3d> nearestOpen(const Eigen::Vector3d& place_L);
   [[nodiscard]] Eigen::Vector3d nearestExpanded(const Eigen::Vector3d& place_L) const;
   void closeColumn(std::uint32_t column, Walls wall);
-  [[nodiscard]] bool sees(const Eigen::Vector3d& from_L, const Eigen::Vector3d& to_L, double sight_m);
+  [[nodiscard]] bool sees(const Eigen::Vector3d& from_L, const Eigen::Vector3d& to_L,
+                          double sight_m);
 
   const core::DistanceField& field_;
   const GridSearchConfig& config_;
@@ -180,7 +182,7 @@ class Lattice
   int expansions_ = 0;
   // Of the search that is running.
   Eigen::Array3f goal_ = Eigen::Array3f::Zero();  ///< in lattice coordinates
-  bool bounded_ = false;  ///< by the columns
+  bool bounded_ = false;                          ///< by the columns
   float goal_cost_ = 0.0f, goal_factor_ = 1.0f;
   std::uint32_t goal_parent_ = 0;
   Eigen::Vector3d goal_L_ = Eigen::Vector3d::Zero();

@@ -138,12 +138,14 @@ void Lattice::expand(std::uint32_t index, const Query& query)
   above.fill(-1.0f);
 
   const float here_factor = factor(here);
-  const auto most = static_cast<float>(query.most_cost), resolution = static_cast<float>(resolution_);
+  const auto most = static_cast<float>(query.most_cost),
+             resolution = static_cast<float>(resolution_);
   const float greed = this->greed();
   for (std::size_t m = 0; m < moves_.size(); ++m)
   {
     const Move& move = moves_[m];
-    const auto neighbour = static_cast<std::uint32_t>(static_cast<std::int32_t>(index) + move.offset);
+    const auto neighbour =
+        static_cast<std::uint32_t>(static_cast<std::int32_t>(index) + move.offset);
     Cell& there = work_.cells[neighbour];
     if (there.stamp < seen_stamp_) ask(there, at + move.step);
     const bool fresh = there.stamp != search_stamp_;
@@ -155,8 +157,7 @@ void Lattice::expand(std::uint32_t index, const Query& query)
     if (bounded_)
     {
       float& flat = above[static_cast<std::size_t>(move.column)];
-      if (flat < 0.0f)
-        flat = columns_->toGoal(columnOf(at + move.step));
+      if (flat < 0.0f) flat = columns_->toGoal(columnOf(at + move.step));
       const float climb = resolution * left.z();
       to_go = std::max(to_go, std::sqrt(flat * flat + climb * climb));
     }

@@ -43,7 +43,8 @@ void Lattice::addWall(int wall, const Eigen::Vector3d& at_L, const Eigen::Vector
   for (const std::uint32_t index : seen)
   {
     work_.cells[index].flags &= static_cast<std::uint8_t>(~Flooded);
-    if (columns_ && (work_.cells[index].walls & bit)) closeColumn(columnOf(coordinates(index)), bit);
+    if (columns_ && (work_.cells[index].walls & bit))
+      closeColumn(columnOf(coordinates(index)), bit);
   }
   seen.clear();
 }

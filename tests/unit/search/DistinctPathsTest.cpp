@@ -79,8 +79,8 @@ std::set<int> crossings(const Paths& paths, const std::vector<double>& limits, i
       const Vec a = result.path.col(i - 1), b = result.path.col(i);
       if (a.x() > 0.0 || b.x() <= 0.0) continue;
       const double y = (a + (b - a) * (-a.x() / (b.x() - a.x())))[axis];
-      intervals.insert(static_cast<int>(
-          std::upper_bound(limits.begin(), limits.end(), y) - limits.begin()));
+      intervals.insert(
+          static_cast<int>(std::upper_bound(limits.begin(), limits.end(), y) - limits.begin()));
     }
   return intervals;
 }
@@ -250,8 +250,7 @@ TEST(DistinctPaths, LimitsAndFailuresAreThoseOfFindPath)
     EXPECT_THROW((void)findDistinctPaths(field, start, goal, box, {}, paths),
                  std::invalid_argument);
   config.max_detour = -1.0;
-  EXPECT_THROW((void)findDistinctPaths(field, start, goal, box, config, 3),
-               std::invalid_argument);
+  EXPECT_THROW((void)findDistinctPaths(field, start, goal, box, config, 3), std::invalid_argument);
   EXPECT_EQ(findDistinctPaths(field, start, start, box, {}, 3).size(), 1u);
 }
 

@@ -25,6 +25,13 @@ using test::Obstacle;
 using Box = Eigen::AlignedBox3d;
 using Vec = Eigen::Vector3d;
 
+double costPerMetre(const core::DistanceField& field, const Vec& p, const GridSearchConfig& config)
+{
+  const double near = config.preferred_clearance_m - clearanceOf(field, p);
+  const double span = config.preferred_clearance_m - config.clearance_m;
+  return near > 0.0 && span > 0.0 ? 1.0 + config.proximity_weight * near / span : 1.0;
+}
+
 /// Lattice around the start as findPath() promises it: every point, by brute force.
 struct BruteForce
 {
@@ -36,10 +43,23 @@ struct BruteForce
   {
     return start + r * Vec(std::get<0>(k), std::get<1>(k), std::get<2>(k));
   }
-  BruteForce(const core::DistanceField& field, const Vec& start, const Vec& goal, const Box& box,
-             double clearance)
+  /// Distance of the reachable point nearest to the goal.
+  [[nodiscard]] double nearest(const Vec& start, const Vec& goal) const
   {
-    const double r = field.resolution();
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto& [key, g] : cost)
+      nearest = std::min(nearest, (place(key, start, 0.2) - goal).norm());
+    return nearest;
+  }
+  BruteForce(const core::DistanceField& field, const Vec& start, const Vec& goal, const Box& box,
+             const GridSearchConfig& config)
+  {
+    const double r = field.resolution(), clearance = config.clearance_m;
+    const auto edge = [&](const Vec& a, const Vec& b)
+    {
+      return (b - a).norm() * 0.5 *
+             (costPerMetre(field, a, config) + costPerMetre(field, b, config));
+    };
     using Item = std::pair<double, Key>;
     std::priority_queue<Item, std::vector<Item>, std::greater<>> open;
     cost[{0, 0, 0}] = 0.0;
@@ -52,14 +72,15 @@ struct BruteForce
       const Vec here = place(key, start, r);
       if ((goal - here).cwiseAbs().maxCoeff() <= r &&
           sampledClearance(field, here, goal, 0.02) >= clearance)
-        to_goal = std::min(to_goal, g + (goal - here).norm());
+        to_goal = std::min(to_goal, g + edge(here, goal));
       for (int n = 0; n < 27; ++n)
       {
         const Key next = {std::get<0>(key) + n % 3 - 1, std::get<1>(key) + n / 3 % 3 - 1,
                           std::get<2>(key) + n / 9 - 1};
         const Vec there = place(next, start, r);
         if (n == 13 || !box.contains(there)) continue;
-        const double g_next = g + (there - here).norm();
+        if (clearanceOf(field, there) < clearance) continue;
+        const double g_next = g + edge(here, there);
         const auto known = cost.find(next);
         if (known != cost.end() && known->second <= g_next + 1e-12) continue;
         if (sampledClearance(field, here, there, 0.05) < clearance) continue;
@@ -137,7 +158,7 @@ TEST(GridSearch, LengthIsNearTheOptimumOfTheLattice)
     config.proximity_weight = 0.0;
     if (clearanceOf(field, start) < 0.25 || clearanceOf(field, goal) < 0.25) continue;
     const SearchResult result = findPath(field, start, goal, box, config);
-    const BruteForce brute(field, start, goal, box, config.clearance_m);
+    const BruteForce brute(field, start, goal, box, config);
     if (result.status == SearchStatus::Unreachable)
     {
       // A gap exactly as wide as the clearance may be judged either way; none here is.
@@ -147,10 +168,52 @@ TEST(GridSearch, LengthIsNearTheOptimumOfTheLattice)
     }
     ASSERT_EQ(result.status, SearchStatus::Found);
     ++compared;
-    EXPECT_LE(result.length_m, 1.1 * brute.to_goal);
+    EXPECT_LE(result.length_m, 1.05 * brute.to_goal);
     EXPECT_GE(result.length_m, (goal - start).norm() - 1e-9);
   }
   EXPECT_GT(compared, 10);
+}
+
+/// Low boxes are led by the columns, high ones are not and have a looser bound.
+TEST(GridSearch, CostIsWithinItsBoundOfTheLattice)
+{
+  // Costs are summed at the middles of the pieces here and at the ends there.
+  constexpr double kSums = 1.02;
+  int compared[2] = {0, 0};
+  for (std::uint64_t seed = 0; seed < 60; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Rng rng(seed);
+    const bool high = seed % 3 == 0;
+    const Box box =
+        high ? Box(Vec(-1.2, -1.2, 0), Vec(1.2, 1.2, 5.2)) : Box(Vec(-2, -2, 0.5), Vec(2, 2, 1.5));
+    std::vector<Obstacle> obstacles = forest(rng, high ? 2 : 7, high ? 1.0 : 2.0);
+    // Not upright everywhere.
+    for (int i = 0; i < 3; ++i)
+      obstacles.push_back(test::Sphere{
+          {rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(box.min().z(), box.max().z())},
+          rng.uniform(0.1, 0.4)});
+    const InterpolatedField field((AnalyticField(obstacles)), box, 0.2);
+    Vec start(box.min().x() + 0.1, 0, 0), goal(box.max().x() - 0.1, 0, 0);
+    for (Vec* end : {&start, &goal})
+    {
+      end->y() = rng.uniform(0.9 * box.min().y(), 0.9 * box.max().y());
+      end->z() = rng.uniform(box.min().z(), box.max().z());
+    }
+    GridSearchConfig config;
+    config.clearance_m = 0.25;
+    config.preferred_clearance_m = rng.uniform(0.3, 0.8);
+    config.proximity_weight = rng.uniform(0.5, 4.0);
+    if (clearanceOf(field, start) < 0.25 || clearanceOf(field, goal) < 0.25) continue;
+    const SearchResult result = findPath(field, start, goal, box, config);
+    const BruteForce brute(field, start, goal, box, config);
+    ASSERT_EQ(result.status == SearchStatus::Found, !std::isinf(brute.to_goal));
+    if (result.status != SearchStatus::Found) continue;
+    ++compared[high ? 1 : 0];
+    EXPECT_LE(result.cost_m, kSums * (high ? 1.2 : 1.05) * brute.to_goal);
+  }
+  EXPECT_GT(compared[0], 12);
+  EXPECT_GT(compared[1], 6);
 }
 
 /// A U of walls, open to -x, with the start inside and the goal behind its back.
@@ -193,12 +256,51 @@ TEST(GridSearch, ReportsAPocketAndTheNearestPointThatCanBeReached)
   const SearchResult result = findPath(field, start, goal, box, config);
   EXPECT_EQ(result.status, SearchStatus::Unreachable);
   EXPECT_EQ(result.path.cols(), 0);
-  const BruteForce brute(field, start, goal, box, config.clearance_m);
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const auto& [key, cost] : brute.cost)
-    nearest = std::min(nearest, (BruteForce::place(key, start, 0.2) - goal).norm());
-  EXPECT_NEAR((result.nearest_L - goal).norm(), nearest, 1e-9);
+  const BruteForce brute(field, start, goal, box, config);
+  EXPECT_NEAR((result.nearest_L - goal).norm(), brute.nearest(start, goal), 1e-9);
   EXPECT_GE(clearanceOf(field, result.nearest_L), config.clearance_m);
+}
+
+/// Rooms that are closed all around, or only in space and not as seen from above; the start or the
+/// goal in them; and walls from side to side.
+TEST(GridSearch, WhatIsCutOffIsReportedWithTheNearestPointThatCanBeReached)
+{
+  int checked = 0;
+  for (std::uint64_t seed = 0; seed < 24; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Rng rng(seed);
+    const Box box(Vec(-3, -2.4, 0), Vec(3, 2.4, 2.4));
+    const Vec in(rng.uniform(-1, 1), rng.uniform(-0.4, 0.4), 1.2);
+    const Vec out(in.x() > 0 ? -2.8 : 2.8, rng.uniform(-1.5, 1.5), 1.2);
+    std::vector<Obstacle> obstacles = forest(rng, 3, 3.0);
+    const double side = rng.uniform(0.5, 0.8), height = seed % 3 == 0 ? 0.5 : 9.0;
+    if (seed % 3 == 2)
+      obstacles.push_back(Box(Vec(-0.5 * out.x() - 0.1, -9, -9), Vec(-0.5 * out.x() + 0.1, 9, 9)));
+    else
+      for (int axis = 0; axis < 3; ++axis)
+        for (const double sign : {-1.0, 1.0})
+        {
+          Vec half(side + 0.1, side + 0.1, height + 0.1), middle = in;
+          middle[axis] += sign * (axis == 2 ? height : side);
+          half[axis] = 0.1;
+          obstacles.push_back(Box(middle - half, middle + half));
+        }
+    const InterpolatedField field((AnalyticField(obstacles)), box, 0.2);
+    GridSearchConfig config;
+    config.clearance_m = 0.25;
+    const bool goal_inside = rng.integer(0, 1) == 1;
+    const Vec start = goal_inside ? out : in, goal = goal_inside ? in : out;
+    if (clearanceOf(field, start) < 0.25 || clearanceOf(field, goal) < 0.25) continue;
+    const SearchResult result = findPath(field, start, goal, box, config);
+    const BruteForce brute(field, start, goal, box, config);
+    if (!std::isinf(brute.to_goal)) continue;  // the wall does not lie between them
+    ASSERT_EQ(result.status, SearchStatus::Unreachable);
+    EXPECT_EQ(result.path.cols(), 0);
+    EXPECT_NEAR((result.nearest_L - goal).norm(), brute.nearest(start, goal), 1e-9);
+    ++checked;
+  }
+  EXPECT_GT(checked, 10);
 }
 
 TEST(GridSearch, GoalInAnObstacleNamesTheNearestReachablePoint)
@@ -220,14 +322,31 @@ TEST(GridSearch, GoalInAnObstacleNamesTheNearestReachablePoint)
     if (result.status == SearchStatus::StartBlocked) continue;
     ASSERT_EQ(result.status, SearchStatus::GoalBlocked);
     EXPECT_EQ(result.path.cols(), 0);
-    const BruteForce brute(field, start, goal, box, config.clearance_m);
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const auto& [key, cost] : brute.cost)
-      nearest = std::min(nearest, (BruteForce::place(key, start, 0.2) - goal).norm());
-    EXPECT_NEAR((result.nearest_L - goal).norm(), nearest, 1e-9);
+    const BruteForce brute(field, start, goal, box, config);
+    EXPECT_NEAR((result.nearest_L - goal).norm(), brute.nearest(start, goal), 1e-9);
     ++checked;
   }
   EXPECT_GT(checked, 8);
+}
+
+TEST(GridSearch, SolvesAMaze)
+{
+  // Baffles from alternate sides: the way is three times through the width of the box.
+  std::vector<Obstacle> baffles;
+  for (int i = 0; i < 4; ++i)
+  {
+    const double x = -3.0 + 2.0 * i, open = i % 2 == 0 ? 1.3 : -1.3;
+    baffles.push_back(
+        Box(Vec(x - 0.1, open > 0 ? -9 : open, -9), Vec(x + 0.1, open > 0 ? open : 9, 9)));
+  }
+  const AnalyticField field(baffles);
+  const Vec start(-4, -2, 1), goal(4, -2, 1);
+  const Box box(Vec(-5, -2.6, 0.5), Vec(5, 2.6, 1.5));
+  const SearchResult result = findPath(field, start, goal, box, {});
+  ASSERT_EQ(result.status, SearchStatus::Found);
+  expectValidPath(field, result, start, goal, box, 0.5);
+  EXPECT_GT(result.length_m, 5 * 2.0 * 1.8);
+  EXPECT_LT(result.length_m, 30.0);
 }
 
 TEST(GridSearch, PreferenceChoosesTheWideGap)

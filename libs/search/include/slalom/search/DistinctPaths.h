@@ -18,12 +18,9 @@ namespace slalom::search
  * as well as left and right. All searches together expand at most config.max_expansions points.
  * Deterministic, thread-safe.
  *  @throws std::invalid_argument like findPath(), or if max_paths is not in 1..3 */
-[[nodiscard]] std::vector<SearchResult> findDistinctPaths(const core::DistanceField& field,
-                                                          const Eigen::Vector3d& start_L,
-                                                          const Eigen::Vector3d& goal_L,
-                                                          const Eigen::AlignedBox3d& box_L,
-                                                          const GridSearchConfig& config,
-                                                          int max_paths);
+[[nodiscard]] std::vector<SearchResult> findDistinctPaths(
+    const core::DistanceField& field, const Eigen::Vector3d& start_L, const Eigen::Vector3d& goal_L,
+    const Eigen::AlignedBox3d& box_L, const GridSearchConfig& config, int max_paths);
 
 /** Uniform visibility deformation: true if the points of both paths at equal shares of their length
  * see each other with the clearance, sampled at least once per voxel. Paths of different classes
