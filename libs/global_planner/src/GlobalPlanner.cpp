@@ -77,7 +77,9 @@ class PlanStep
   [[nodiscard]] Draft begin() const;
   [[nodiscard]] double joinTime() const;
   [[nodiscard]] bool isChallenged(const Refinement& plan) const;
-  [[nodiscard]] Attempt attempt(Draft draft, std::vector<Bypass> bypasses) const;
+  [[nodiscard]] Attempt attempt(Draft draft, const std::vector<Bypass>& bypasses) const;
+  void tryWay(Attempt& attempt, const std::vector<Bypass>& bypasses,
+              const std::vector<Eigen::Matrix3Xd>& guides, const std::string& name) const;
   [[nodiscard]] Attempt followPlan() const;
   [[nodiscard]] Attempt returnToReference(const Draft& from) const;
   [[nodiscard]] Attempt approach(const Attempt& failed, PlanEnd end) const;
@@ -172,17 +174,18 @@ void PlanStep::classifyGoal()
         field_.occupancy(goal) == core::Occupancy::Unknown ? GoalState::Unknown : GoalState::Free;
 }
 
-/// Leads a draft around everything, by the cheapest of the ways around its first obstacle.
-PlanStep::Attempt PlanStep::attempt(Draft draft, std::vector<Bypass> bypasses) const
+/** Leads a draft around everything. The guide around its first obstacle is the cheapest there is;
+ * other ways are searched and compared only when that one does not lead to a plan. */
+PlanStep::Attempt PlanStep::attempt(Draft draft, const std::vector<Bypass>& bypasses) const
 {
   Attempt result;
   result.draft = std::move(draft);
   result.led_around = !bypasses.empty();
-  std::vector<std::vector<Eigen::Matrix3Xd>> ways;
+  std::vector<Eigen::Matrix3Xd> guides;
   for (const Bypass& bypass : bypasses)
   {
-    GuideSearch search = searchGuides(field_, bypass.from_L, bypass.to_L, context_.hard,
-                                      ways.empty() ? kGuides : 1, config_);
+    GuideSearch search =
+        searchGuides(field_, bypass.from_L, bypass.to_L, context_.hard, 1, config_);
     if (search.guides.empty())
     {
       result.reason = search.reason;
@@ -191,36 +194,44 @@ PlanStep::Attempt PlanStep::attempt(Draft draft, std::vector<Bypass> bypasses) c
       result.nearest_L = search.nearest_L;
       return result;
     }
-    ways.push_back(std::move(search.guides));
+    guides.push_back(std::move(search.guides.front()));
   }
-  std::vector<Eigen::Matrix3Xd> guides;
-  for (const auto& way : ways) guides.push_back(way.front());
-  const std::size_t alternatives = ways.empty() ? 1 : ways.front().size();
-  for (std::size_t k = 0; k < alternatives; ++k)
+  tryWay(result, bypasses, guides, "way 1");
+  if (result.best || bypasses.empty()) return result;
+  const Bypass& first = bypasses.front();
+  const std::vector<Eigen::Matrix3Xd> ways =
+      searchGuides(field_, first.from_L, first.to_L, context_.hard, kGuides, config_).guides;
+  for (std::size_t k = 1; k < ways.size(); ++k)
   {
-    if (!ways.empty()) guides.front() = ways.front()[k];
-    Refinement refinement = refine(context_, result.draft, bypasses, guides);
-    if (!refinement.accepted)
-    {
-      if (!result.best) result.reason = refinement.failure;
-      result.failed = std::move(refinement.record);
-      continue;
-    }
-    if (result.best && refinement.travel_cost >= result.best->travel_cost) continue;
-    result.best = std::move(refinement);
-    result.reason = ways.empty()
-                        ? "nothing in the way"
-                        : "way " + std::to_string(k + 1) + "/" + std::to_string(alternatives) +
-                              " around " + std::to_string(bypasses.size());
+    guides.front() = ways[k];
+    tryWay(result, bypasses, guides,
+           "way " + std::to_string(k + 1) + "/" + std::to_string(ways.size()));
   }
   return result;
+}
+
+/// Refines along given guides; the cheapest that is proved becomes the attempt's best.
+void PlanStep::tryWay(Attempt& attempt, const std::vector<Bypass>& bypasses,
+                      const std::vector<Eigen::Matrix3Xd>& guides, const std::string& name) const
+{
+  Refinement refinement = refine(context_, attempt.draft, bypasses, guides);
+  if (!refinement.accepted)
+  {
+    if (!attempt.best) attempt.reason = refinement.failure;
+    attempt.failed = std::move(refinement.record);
+    return;
+  }
+  if (attempt.best && refinement.travel_cost >= attempt.best->travel_cost) return;
+  attempt.best = std::move(refinement);
+  attempt.reason = bypasses.empty() ? "nothing in the way"
+                                    : name + " around " + std::to_string(bypasses.size());
 }
 
 PlanStep::Attempt PlanStep::followPlan() const
 {
   Draft draft = begin();
-  std::vector<Bypass> bypasses = bypassesOf(draft, context_);
-  return attempt(std::move(draft), std::move(bypasses));
+  const std::vector<Bypass> bypasses = bypassesOf(draft, context_);
+  return attempt(std::move(draft), bypasses);
 }
 
 /// From the columns that are given straight back to R where it is free again.
@@ -253,7 +264,7 @@ PlanStep::Attempt PlanStep::returnToReference(const Draft& from) const
                 });
   gap.to_L = draft.points.col(gap.last);
   bypasses.insert(bypasses.begin(), gap);
-  return attempt(std::move(draft), std::move(bypasses));
+  return attempt(std::move(draft), bypasses);
 }
 
 /// To the reachable point nearest to what cannot be reached, and rest there.
@@ -270,7 +281,11 @@ PlanStep::Attempt PlanStep::approach(const Attempt& failed, PlanEnd end) const
     rest = search.nearest_L;
     way.first = draft.points.cols();
   }
-  if ((rest - way.from_L).norm() < field_.resolution() || way.first < draft.fixed)
+  // Around a goal inside a trunk every side is equally near: what is gained must be worth the way.
+  constexpr double kWorthIt_m = 0.5;
+  const Eigen::Vector3d goal = failed.blocked ? failed.blocked->to_L : r_.position(r_.end());
+  const double gained = (way.from_L - goal).norm() - (rest - goal).norm();
+  if (gained < kWorthIt_m || way.first < draft.fixed)
     return Attempt::none("as near as it can be", std::move(draft));
   draft.replace(way.first, draft.points.cols(), Eigen::Matrix3Xd(3, 0), Eigen::VectorXd());
   draft.restAt(rest, end);
@@ -279,7 +294,7 @@ PlanStep::Attempt PlanStep::approach(const Attempt& failed, PlanEnd end) const
   std::vector<Bypass> bypasses = bypassesOf(draft, context_);
   std::erase_if(bypasses, [&](const Bypass& b) { return b.last + 1 >= way.first; });
   bypasses.push_back(way);
-  return attempt(std::move(draft), std::move(bypasses));
+  return attempt(std::move(draft), bypasses);
 }
 
 /// Every few plans one that is away from R is compared with a fresh one.
@@ -430,7 +445,8 @@ GlobalPlannerOutput PlanStep::run()
   const bool blocked = holds || context_.window.goal_blocked;
   if (plan.best)
   {
-    goal_.nearest_L = plan.best->draft.points.col(plan.best->draft.points.cols() - 1);
+    const UniformBSpline curve = plan.best->draft.curve();
+    goal_.nearest_L = curve.position(curve.end());
     goal_.short_m = (goal_.nearest_L - r_.position(r_.end())).norm();
     return commit(plan, blocked                ? RefineOutcome::GoalBlocked
                         : plan.best->recovered ? RefineOutcome::Recovered

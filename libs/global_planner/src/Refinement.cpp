@@ -62,6 +62,8 @@ class Work
                        const Eigen::Vector3d& away);
   void minimise(double gain);
   [[nodiscard]] Eigen::VectorXd fitWeights() const;
+  [[nodiscard]] Eigen::Matrix3Xd wantedBend(const Eigen::Matrix3Xd& reference,
+                                            const Eigen::VectorXd& fit) const;
   [[nodiscard]] Certificate prove(const UniformBSpline& curve, double more) const;
   bool examine(std::optional<Refinement>& accepted);
   bool findGuides(const std::vector<Bypass>& bypasses, std::vector<Eigen::Matrix3Xd>& guides);
@@ -207,6 +209,21 @@ Eigen::VectorXd Work::fitWeights() const
   return weights;
 }
 
+/// R's own bends are no roughness where the plan is to be R; elsewhere the straighter the better.
+Eigen::Matrix3Xd Work::wantedBend(const Eigen::Matrix3Xd& reference,
+                                  const Eigen::VectorXd& fit) const
+{
+  const Eigen::VectorXd& along = result_.draft.along;
+  Eigen::Matrix3Xd bend = Eigen::Matrix3Xd::Zero(3, reference.cols() - 2);
+  for (Eigen::Index i = 0; i < bend.cols(); ++i)
+  {
+    const double uneven = along[i + 2] - 2.0 * along[i + 1] + along[i];
+    if (std::abs(uneven) < 1e-6 && fit.segment<3>(i).minCoeff() > 0.0)
+      bend.col(i) = reference.col(i + 2) - 2.0 * reference.col(i + 1) + reference.col(i);
+  }
+  return bend;
+}
+
 void Work::minimise(double gain)
 {
   Draft& draft = result_.draft;
@@ -216,6 +233,7 @@ void Work::minimise(double gain)
   problem.points = draft.points;
   problem.reference = referencePoints(c_.r, draft.along);
   problem.fit_weight = fitWeights();
+  problem.bend = wantedBend(problem.reference, problem.fit_weight);
   problem.first_free = draft.firstFree();
   problem.last_free = draft.lastFree();
   problem.knot_span = draft.knot_span;
