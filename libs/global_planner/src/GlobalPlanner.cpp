@@ -332,10 +332,10 @@ Eigen::Matrix3Xd Refinement::minimise(Eigen::Matrix3Xd points, std::vector<Push>
   stretched.max_acceleration_mps2 *= stretch_ * stretch_;
   RefinementCost cost(std::move(problem), config_, stretched);
   optim::BoxMinimizerConfig solver;
+  solver.method = config_.optimizer;
   solver.max_evaluations = config_.max_evaluations;
   const optim::BoxMinimum minimum = optim::minimizeInBox(
-      [&cost](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) { return cost(x, gradient); },
-      cost.start(), lower.reshaped(), upper.reshaped(), solver, in_.deadline);
+      cost, cost.start(), lower.reshaped(), upper.reshaped(), solver, in_.deadline);
   record_.solve = minimum.report;
   return cost.points(minimum.x);
 }

@@ -56,24 +56,6 @@ Eigen::Vector3d backward(const Matrix3d& l, Eigen::Vector3d y)
 }
 }  // namespace
 
-Eigen::Matrix3Xd BlockBand::times(const Eigen::Matrix3Xd& x) const
-{
-  const Index n = blocks();
-  Eigen::Matrix3Xd y(3, n);
-  for (Index k = 0; k < n; ++k) y.col(k) = diagonal[k] * x.col(k);
-  for (Index k = 0; k + 1 < n; ++k)
-  {
-    y.col(k + 1) += first[k] * x.col(k);
-    y.col(k) += first[k].transpose() * x.col(k + 1);
-  }
-  for (Index k = 0; k + 2 < n; ++k)
-  {
-    y.col(k + 2) += second[k] * x.col(k);
-    y.col(k) += second[k].transpose() * x.col(k + 2);
-  }
-  return y;
-}
-
 bool BlockBandCholesky::compute(const BlockBand& matrix)
 {
   const Index n = matrix.blocks();

@@ -2,26 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
+
+#include "slalom/optim/BlockBand.h"
 
 namespace slalom::optim::detail
 {
-/** Symmetric block-pentadiagonal matrix of 3x3 blocks: diagonal[k] = (k,k), first[k] = (k+1,k),
- * second[k] = (k+2,k). */
-struct BlockBand
-{
-  explicit BlockBand(Eigen::Index blocks)
-      : diagonal(blocks, Eigen::Matrix3d::Zero()),
-        first(blocks, Eigen::Matrix3d::Zero()),
-        second(blocks, Eigen::Matrix3d::Zero())
-  {
-  }
-  [[nodiscard]] Eigen::Index blocks() const { return static_cast<Eigen::Index>(diagonal.size()); }
-  /// y = M x, one block per column.
-  [[nodiscard]] Eigen::Matrix3Xd times(const Eigen::Matrix3Xd& x) const;
-
-  std::vector<Eigen::Matrix3d> diagonal, first, second;
-};
+using optim::BlockBand;
 
 /// M = L L^T within the band: O(blocks) time and memory.
 class BlockBandCholesky

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "slalom/core/Fields.h"
+#include "slalom/optim/BoxMinimizer.h"
 
 namespace slalom::global_planner
 {
@@ -19,10 +20,11 @@ struct GlobalPlannerConfig
   double max_climb_m = 0.5;   ///< [m] box constraint: never farther above or below R than this
   double min_altitude_m = 0.3, max_altitude_m = 50.0;  ///< [m] box constraint in z, world frame
   double restart_distance_m =
-      1.0;                    ///< [m] farther from its plan than this the vehicle gets a new start
-  int max_evaluations = 150;  ///< [1] L-BFGS evaluations per attempt
-  int max_attempts = 3;       ///< [1] restarts with a doubled lambda_obs
-  int threads = 1;            ///< [1] for the parallel decomposition
+      1.0;  ///< [m] farther from its plan than this the vehicle gets a new start
+  optim::BoxMethod optimizer = optim::BoxMethod::Newton;  ///< of J
+  int max_evaluations = 150;                              ///< [1] evaluations of J per attempt
+  int max_attempts = 3;  ///< [1] restarts with a doubled lambda_obs
+  int threads = 1;       ///< [1] for the parallel decomposition
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
@@ -58,6 +60,11 @@ struct GlobalPlannerConfig
       "highest altitude of the reference");
     v("restart_distance_m", c.restart_distance_m, Range{0.1, 100.0},
       "farther from its plan than this, the plan starts anew at the vehicle");
+    v("optimizer", c.optimizer,
+      core::Names<optim::BoxMethod>{{"newton", optim::BoxMethod::Newton},
+                                    {"lbfgs", optim::BoxMethod::Lbfgs}},
+      "what minimises J: a banded second-order method, or the paper's L-BFGS (slower)",
+      Level::Expert);
     v("max_evaluations", c.max_evaluations, Range{1, 10000}, "cost evaluations of J per attempt",
       Level::Expert);
     v("max_attempts", c.max_attempts, Range{1, 10}, "attempts with doubled obstacle weight",
