@@ -4,157 +4,191 @@
 #include <limits>
 #include <stdexcept>
 
-#include "slalom/core/Rng.h"
-#include "slalom/optim/BoxMinimizer.h"
+#include "BandedProblems.h"
 
+namespace slalom::optim::test
+{
 namespace
 {
-using Eigen::MatrixXd;
+using core::Deadline;
+using core::Rng;
+using core::Termination;
 using Eigen::VectorXd;
-using slalom::core::Deadline;
-using slalom::core::Rng;
-using slalom::core::Termination;
-using slalom::optim::BoxMinimizerConfig;
-using slalom::optim::BoxMinimum;
-using slalom::optim::minimizeInBox;
 
-/// A convex quadratic whose minimum in its box is known by construction.
-struct KnownMinimum
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+BoxMinimizerConfig tight(BoxMethod method)
 {
-  explicit KnownMinimum(std::uint64_t seed)
-  {
-    Rng rng(seed);
-    const int n = rng.integer(1, 40);
-    MatrixXd factor(n, n);
-    for (double& value : factor.reshaped()) value = rng.normal();
-    Q = factor * factor.transpose() / n + 0.5 * MatrixXd::Identity(n, n);
-    minimum.resize(n), slope.resize(n), lower.resize(n), upper.resize(n), start.resize(n);
-    for (int i = 0; i < n; ++i)
-    {
-      minimum[i] = rng.uniform(-3.0, 3.0);
-      const int kind = rng.integer(0, 3);  // 0, 1: free; 2: at the lower bound; 3: at the upper
-      slope[i] = kind < 2 ? 0.0 : (kind == 2 ? 1.0 : -1.0) * rng.uniform(0.1, 3.0);
-      lower[i] = minimum[i] - (kind == 2 ? 0.0 : rng.uniform(0.1, 2.0));
-      upper[i] = minimum[i] + (kind == 3 ? 0.0 : rng.uniform(0.1, 2.0));
-      start[i] = rng.uniform(lower[i] - 1.0, upper[i] + 1.0);
-    }
-  }
-  double operator()(const VectorXd& x, VectorXd& gradient) const
-  {
-    const VectorXd e = x - minimum;
-    gradient = Q * e + slope;
-    return 0.5 * e.dot(Q * e) + slope.dot(e) + 1.0;
-  }
-  MatrixXd Q;
-  VectorXd minimum, slope, lower, upper, start;
+  return {.method = method,
+          .max_evaluations = method == BoxMethod::Newton ? 300 : 20000,
+          .relative_tolerance = method == BoxMethod::Newton ? 1e-12 : 1e-14};
+}
+
+class BoxMinimizer : public testing::TestWithParam<BoxMethod>
+{
 };
+INSTANTIATE_TEST_SUITE_P(Both, BoxMinimizer, testing::Values(BoxMethod::Newton, BoxMethod::Lbfgs),
+                         [](const auto& given)
+                         { return given.param == BoxMethod::Newton ? "Newton" : "Lbfgs"; });
 
-constexpr BoxMinimizerConfig kTight{.max_evaluations = 2000, .relative_tolerance = 1e-14};
-
-TEST(BoxMinimizer, FindsKnownMinimaWithActiveBounds)
+TEST_P(BoxMinimizer, FindsKnownMinimaWithActiveBounds)
 {
   for (std::uint64_t seed = 1; seed <= 300; ++seed)
   {
     SCOPED_TRACE(seed);
-    const KnownMinimum problem(seed);
+    KnownMinimum problem(seed);
     const BoxMinimum found = minimizeInBox(problem, problem.start, problem.lower, problem.upper,
-                                           kTight, Deadline::none());
+                                           tight(GetParam()), Deadline::none());
     EXPECT_TRUE(found.report.converged()) << found.report.message;
     EXPECT_LE((found.x - problem.minimum).lpNorm<Eigen::Infinity>(), 1e-4);
     EXPECT_NEAR(found.report.cost, 1.0, 1e-8);
     EXPECT_LE(found.report.dual_residual, 1e-3);
+    EXPECT_EQ(found.report.primal_residual, 0.0);
   }
 }
 
-TEST(BoxMinimizer, EvaluatesInsideTheBoxAndReturnsTheBestPointSeen)
+TEST_P(BoxMinimizer, EvaluatesInsideTheBoxAndReturnsTheBestPointSeen)
 {
   for (std::uint64_t seed = 1; seed <= 100; ++seed)
   {
     SCOPED_TRACE(seed);
-    const KnownMinimum problem(seed);
-    double best = std::numeric_limits<double>::infinity();
+    KnownMinimum problem(seed);
+    double best = kInfinity;
     int evaluations = 0;
-    const auto watched = [&](const VectorXd& x, VectorXd& gradient)
-    {
-      EXPECT_TRUE((x.array() >= problem.lower.array()).all());
-      EXPECT_TRUE((x.array() <= problem.upper.array()).all());
-      ++evaluations;
-      const double cost = problem(x, gradient);
-      best = std::min(best, cost);
-      return cost;
-    };
-    const BoxMinimum found = minimizeInBox(watched, problem.start, problem.lower, problem.upper,
-                                           {.max_evaluations = 6}, Deadline::none());
+    FunctionCost watched(
+        [&](const VectorXd& x, VectorXd& gradient)
+        {
+          EXPECT_TRUE((x.array() >= problem.lower.array()).all());
+          EXPECT_TRUE((x.array() <= problem.upper.array()).all());
+          ++evaluations;
+          const double cost = problem.evaluate(x, gradient);
+          best = std::min(best, cost);
+          return cost;
+        },
+        [&](const VectorXd& x, BlockBand& hessian) { problem.curvature(x, hessian); });
+    const BoxMinimum found =
+        minimizeInBox(watched, problem.start, problem.lower, problem.upper,
+                      {.method = GetParam(), .max_evaluations = 6}, Deadline::none());
     EXPECT_LE(evaluations, 6);
-    EXPECT_EQ(found.report.iterations, evaluations);
+    EXPECT_EQ(found.evaluations, evaluations);
     EXPECT_EQ(found.report.cost, best);
     VectorXd gradient;
-    EXPECT_EQ(problem(found.x, gradient), best);
+    EXPECT_EQ(problem.evaluate(found.x, gradient), best);
   }
 }
 
-TEST(BoxMinimizer, KeepsFixedVariablesAndReportsTheIterationLimit)
+TEST_P(BoxMinimizer, KeepsFixedVariablesAndReportsTheIterationLimit)
 {
-  // Rosenbrock's valley with one variable held.
-  const auto cost = [](const VectorXd& x, VectorXd& gradient)
-  {
-    const double a = 1.0 - x[0], b = x[1] - x[0] * x[0];
-    gradient = Eigen::Vector3d(-2.0 * a - 400.0 * x[0] * b, 200.0 * b, 2.0 * x[2]);
-    return a * a + 100.0 * b * b + x[2] * x[2];
-  };
+  // Rosenbrock's valley, which is not convex, with one variable held.
+  FunctionCost cost(
+      [](const VectorXd& x, VectorXd& gradient)
+      {
+        const double a = 1.0 - x[0], b = x[1] - x[0] * x[0];
+        gradient = Eigen::Vector3d(-2.0 * a - 400.0 * x[0] * b, 200.0 * b, 2.0 * x[2]);
+        return a * a + 100.0 * b * b + x[2] * x[2];
+      },
+      [](const VectorXd& x, BlockBand& hessian)
+      {
+        const double b = x[1] - x[0] * x[0];
+        hessian.diagonal[0] << 2.0 + 800.0 * x[0] * x[0] - 400.0 * b, -400.0 * x[0], 0.0,
+            -400.0 * x[0], 200.0, 0.0, 0.0, 0.0, 2.0;
+      });
   constexpr double kCostOfStart = 24.2 + 0.49;
   const Eigen::Vector3d start(-1.2, 1.0, 0.7), lower(-5.0, -5.0, 0.7), upper(5.0, 5.0, 0.7);
-  const BoxMinimum full = minimizeInBox(cost, start, lower, upper, kTight, Deadline::none());
+  const BoxMinimum full =
+      minimizeInBox(cost, start, lower, upper, tight(GetParam()), Deadline::none());
   EXPECT_NEAR((full.x - Eigen::Vector3d(1.0, 1.0, 0.7)).norm(), 0.0, 1e-4);
-  const BoxMinimum cut =
-      minimizeInBox(cost, start, lower, upper, {.max_evaluations = 5, .relative_tolerance = 1e-12},
-                    Deadline::none());
+  const BoxMinimum cut = minimizeInBox(
+      cost, start, lower, upper,
+      {.method = GetParam(), .max_evaluations = 5, .relative_tolerance = 1e-12}, Deadline::none());
   EXPECT_EQ(cut.report.termination, Termination::IterationLimit);
   EXPECT_LT(cut.report.cost, kCostOfStart);
 }
 
-TEST(BoxMinimizer, HonoursADeadlineThatHasPassed)
+TEST_P(BoxMinimizer, HonoursADeadlineThatHasPassed)
 {
-  const KnownMinimum problem(5);
-  const BoxMinimum late = minimizeInBox(problem, problem.start, problem.lower, problem.upper,
-                                        kTight, Deadline::in(std::chrono::nanoseconds(-1)));
+  KnownMinimum problem(5);
+  const BoxMinimum late =
+      minimizeInBox(problem, problem.start, problem.lower, problem.upper, tight(GetParam()),
+                    Deadline::in(std::chrono::nanoseconds(-1)));
   EXPECT_EQ(late.report.termination, Termination::TimeLimit);
-  EXPECT_EQ(late.report.iterations, 1);
+  EXPECT_EQ(late.evaluations, 1);
   EXPECT_EQ(late.x, problem.start.cwiseMax(problem.lower).cwiseMin(problem.upper));
 }
 
-TEST(BoxMinimizer, AnswersTroubleWithAReport)
+TEST_P(BoxMinimizer, AnswersTroubleWithAReport)
 {
   const VectorXd zero = VectorXd::Zero(3), one = VectorXd::Ones(3);
-  const auto run = [&](const slalom::optim::CostFunction& cost)
-  { return minimizeInBox(cost, zero, -one, one, {}, Deadline::none()); };
+  const auto run =
+      [&](BandedCost& cost, const VectorXd& start, const VectorXd& lower, const VectorXd& upper)
+  { return minimizeInBox(cost, start, lower, upper, {.method = GetParam()}, Deadline::none()); };
+  const auto second = [](const VectorXd&, BlockBand& hessian)
+  { hessian.diagonal[0] = 2.0 * Eigen::Matrix3d::Identity(); };
   int calls = 0;
-  const auto throws = run(
+  FunctionCost throws(
       [&](const VectorXd& x, VectorXd& gradient) -> double
       {
         if (++calls > 1) throw std::runtime_error("no map");
         gradient = 2.0 * (x - one);
         return (x - one).squaredNorm();
-      });
-  EXPECT_EQ(throws.report.termination, Termination::NumericalFailure);
-  EXPECT_NE(throws.report.message.find("no map"), std::string::npos);
-  EXPECT_EQ(throws.x, zero);
+      },
+      second);
+  const BoxMinimum thrown = run(throws, zero, -one, one);
+  EXPECT_EQ(thrown.report.termination, Termination::NumericalFailure);
+  EXPECT_NE(thrown.report.message.find("no map"), std::string::npos);
+  EXPECT_EQ(thrown.x, zero);
+  EXPECT_EQ(thrown.report.cost, 3.0);
 
-  const auto nan =
-      run([](const VectorXd&, VectorXd&) { return std::numeric_limits<double>::quiet_NaN(); });
-  EXPECT_EQ(nan.report.termination, Termination::NumericalFailure);
-  EXPECT_TRUE(nan.x.allFinite());
+  FunctionCost nan([](const VectorXd&, VectorXd& gradient)
+                   { return gradient.setZero(), std::numeric_limits<double>::quiet_NaN(); });
+  const BoxMinimum lost = run(nan, zero, -one, one);
+  EXPECT_EQ(lost.report.termination, Termination::NumericalFailure);
+  EXPECT_EQ(lost.x, zero);
 
-  const auto quadratic = [](const VectorXd& x, VectorXd& gradient)
+  // Finite at the start only: the start is the best point there is.
+  FunctionCost cliff(
+      [&](const VectorXd& x, VectorXd& gradient)
+      {
+        gradient = 2.0 * (x - one);
+        return x == zero ? 3.0 : kInfinity;
+      },
+      second);
+  const BoxMinimum kept = run(cliff, zero, -one, one);
+  EXPECT_EQ(kept.report.termination, Termination::NumericalFailure);
+  EXPECT_EQ(kept.x, zero);
+  EXPECT_EQ(kept.report.cost, 3.0);
+
+  FunctionCost quadratic(
+      [](const VectorXd& x, VectorXd& gradient)
+      {
+        gradient = 2.0 * x;
+        return x.squaredNorm();
+      },
+      second);
+  for (const BoxMinimum& misused :
+       {run(quadratic, zero, one, -one), run(quadratic, zero, one.head(2), one),
+        run(quadratic, VectorXd(), VectorXd(), VectorXd()),
+        run(quadratic, zero, -kInfinity * one, -kInfinity * one),
+        run(quadratic, zero * std::numeric_limits<double>::quiet_NaN(), -one, one)})
+    EXPECT_EQ(misused.report.termination, Termination::NumericalFailure);
+}
+
+TEST_P(BoxMinimizer, IsDeterministic)
+{
+  for (std::uint64_t seed = 1; seed <= 20; ++seed)
   {
-    gradient = 2.0 * x;
-    return x.squaredNorm();
-  };
-  EXPECT_EQ(minimizeInBox(quadratic, zero, one, -one, {}, Deadline::none()).report.termination,
-            Termination::NumericalFailure);
-  EXPECT_EQ(
-      minimizeInBox(quadratic, zero, one.head(2), one, {}, Deadline::none()).report.termination,
-      Termination::NumericalFailure);
+    SCOPED_TRACE(seed);
+    LimitedProblem problem(seed);
+    const auto run = [&]
+    {
+      return minimizeInBox(problem, problem.start, problem.lower, problem.upper,
+                           {.method = GetParam(), .max_evaluations = 300}, Deadline::none());
+    };
+    const BoxMinimum once = run(), again = run();
+    EXPECT_EQ(once.x, again.x);
+    EXPECT_EQ(once.evaluations, again.evaluations);
+  }
 }
 
 }  // namespace
+}  // namespace slalom::optim::test

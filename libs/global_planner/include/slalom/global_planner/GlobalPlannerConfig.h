@@ -2,6 +2,7 @@
 #pragma once
 
 #include "slalom/core/Fields.h"
+#include "slalom/optim/BoxMinimizer.h"
 
 namespace slalom::global_planner
 {
@@ -50,9 +51,9 @@ struct GlobalPlannerConfig
   UnknownPolicy unknown = UnknownPolicy::Avoid;
   GoalPolicy goal_policy = GoalPolicy::Approach;
   double goal_radius_m = 1.0;  ///< [m] GoalPolicy::NearestFree
-
-  int max_evaluations = 150;  ///< [1] L-BFGS evaluations per attempt
-  int max_attempts = 3;       ///< [1] restarts with a doubled lambda_obs
+  optim::BoxMethod optimizer = optim::BoxMethod::Newton;  ///< of J
+  int max_evaluations = 150;  ///< [1] evaluations of J per attempt
+  int max_attempts = 3;       ///< [1] restarts with a stronger lambda_obs
   int threads = 1;            ///< [1] for the parallel decomposition
 
   template <class Self, class Visit>
@@ -108,9 +109,14 @@ struct GlobalPlannerConfig
       "what to do when the goal is occupied or cannot be reached");
     v("goal_radius_m", c.goal_radius_m, Range{0.0, 100.0},
       "nearest_free: within this of the goal the nearest free point counts as reached");
+    v("optimizer", c.optimizer,
+      core::Names<optim::BoxMethod>{{"newton", optim::BoxMethod::Newton},
+                                    {"lbfgs", optim::BoxMethod::Lbfgs}},
+      "what minimises J: a banded second-order method, or the paper's L-BFGS (slower)",
+      Level::Expert);
     v("max_evaluations", c.max_evaluations, Range{1, 10000}, "cost evaluations of J per attempt",
       Level::Expert);
-    v("max_attempts", c.max_attempts, Range{1, 10}, "attempts with doubled obstacle weight",
+    v("max_attempts", c.max_attempts, Range{1, 10}, "attempts with four times the obstacle weight each",
       Level::Expert);
     v("threads", c.threads, Range{1, 64}, "threads of the convex decomposition", Level::Expert);
   }

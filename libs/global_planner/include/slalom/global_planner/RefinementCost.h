@@ -6,6 +6,7 @@
 
 #include "slalom/core/Vehicle.h"
 #include "slalom/global_planner/GlobalPlannerConfig.h"
+#include "slalom/optim/BandedCost.h"
 
 namespace slalom::global_planner
 {
@@ -17,10 +18,18 @@ struct Push
   Eigen::Vector3d normal_L;  ///< unit vector, obstacle -> free space [1]
 };
 
+/// What the penalty is beyond D_z inside the obstacle, where the cube grows fast.
+enum class HingeTail
+{
+  Quadratic,  ///< continued twice differentiably by a parabola (deviation D-03)
+  Cubic       ///< the cube everywhere, as printed
+};
+
 struct Penalty
 {
-  double cost = 0.0;         ///< [m^3]
-  Eigen::Vector3d gradient;  ///< [m^2]
+  double cost = 0.0;       ///< [m^3]
+  double slope = 0.0;      ///< derivative along the push's normal [m^2]; the gradient is slope n
+  double curvature = 0.0;  ///< second derivative along it [m]; the Hessian is curvature n n^T
 };
 
 /** Cubic hinge for a control point closer than `clearance` to its anchor.
@@ -30,23 +39,24 @@ struct Penalty
  *
  *  @param p_L        control point, local frame [m]
  *  @param clearance  D_z [m], > 0
- *  @return cost [m^3] and exact gradient [m^2]; finite for finite input
+ *  @return cost [m^3] and its exact derivatives; finite for finite input
  *  @see [Paper Eq. (4)]; deviation D-03 (docs/paper_map.md). */
 [[nodiscard]] Penalty clearancePenalty(const Eigen::Vector3d& p_L, const Push& push,
-                                       double clearance);
+                                       double clearance, HingeTail tail = HingeTail::Quadratic);
 
 /** J = l_smooth J_smooth + l_obs J_obs + l_feas J_feas + l_fit J_fit over the control points of one
  * window [Paper Eq. (1)].
  *
- *    J_smooth  sum |c_{i+2} - 2 c_{i+1} + c_i|^2                                    [Eq. (6)]
- *    J_obs     sum of clearancePenalty                                              [Eq. (4), D-03]
- *    J_feas    per axis ((|v|-v_max)_+ / D)^2 and ((|a|-a_max)_+)^2                  [Eq. (7)-(8),
- * D-06] J_fit     sum w_i (|x.t|^2 / 25 + |x cross t|^2), x the offset of the curve from R at knot
- * i, t the tangent of R [D-07]
+ *    J_smooth  sum |c_{i+2} - 2 c_{i+1} + c_i - bend_i|^2                   [Eq. (6), D-07]
+ *    J_obs     sum of clearancePenalty                                      [Eq. (4), D-03]
+ *    J_feas    per axis ((|v|-v_max)_+ / D)^2 and ((|a|-a_max)_+)^2         [Eq. (7)-(8), D-06]
+ *    J_fit     sum w_i (|x.t|^2 / 25 + |x cross t|^2), x the offset of the curve from R at knot i,
+ *              t the tangent of R                                           [D-07]
  *
  *  Columns before `first_free` and behind `last_free` are fixed; the variables are the free
- * columns, stacked. Gradients are exact. */
-class RefinementCost
+ * columns, stacked. J is convex, C1 and piecewise C2; gradient and curvature are exact (at a kink
+ * of the gradient the curvature is that of one side). */
+class RefinementCost final : public optim::LimitedCost
 {
  public:
   struct Problem
@@ -56,29 +66,44 @@ class RefinementCost
     Eigen::VectorXd fit_weight;  ///< N, 0 where R itself is occupied
     Eigen::Index first_free = 0, last_free = 0;
     double knot_span = 0.2;  ///< [s]
+    Eigen::Matrix3Xd bend;  ///< 3x(N-2) second differences that cost nothing: those of R where the
+                            ///< plan is to be R; empty = none
     std::vector<Push> pushes;
     double obstacle_gain = 1.0;  ///< multiplies lambda_obs; doubled on restarts
+    HingeTail tail = HingeTail::Quadratic;
   };
 
   RefinementCost(Problem problem, const GlobalPlannerConfig& config, const core::Vehicle& vehicle);
 
-  [[nodiscard]] double operator()(const Eigen::VectorXd& x, Eigen::VectorXd& gradient);
+  /// J without J_feas.
+  [[nodiscard]] double evaluateSmooth(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) override;
+  void curvatureSmooth(const Eigen::VectorXd& x, optim::BlockBand& hessian) override;
 
   [[nodiscard]] Eigen::VectorXd start() const;  ///< the free columns of the problem
   [[nodiscard]] Eigen::Matrix3Xd points(
       const Eigen::VectorXd& x) const;  ///< whole window with x put in
 
  private:
+  /// J_fit at one knot is x^T metric x, x the offset of the curve from R.
+  struct Fit
+  {
+    Eigen::Index point;
+    Eigen::Matrix3d metric;
+  };
+
+  void makeFits(double weight);
+  void makeConstantCurvature();
   double smoothness();
   double obstacles();
-  double feasibility();
   double fitness();
 
   Problem problem_;
-  Eigen::Matrix3Xd tangents_;
-  GlobalPlannerConfig config_;
-  core::Vehicle vehicle_;
-  Eigen::Matrix3Xd work_, gradient_;
+  Eigen::Index free_;  // columns that are variables
+  double clearance_, weight_smooth_, weight_obs_;
+  std::vector<Fit> fits_;
+  optim::BlockBand constant_;         // curvature of J_smooth and J_fit
+  Eigen::Matrix3Xd work_, gradient_;  // whole window
+  Eigen::ArrayXd bend_;               // second differences, all axes in one array
 };
 
 }  // namespace slalom::global_planner
