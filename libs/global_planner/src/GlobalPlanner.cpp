@@ -223,8 +223,8 @@ void PlanStep::tryWay(Attempt& attempt, const std::vector<Bypass>& bypasses,
   }
   if (attempt.best && refinement.travel_cost >= attempt.best->travel_cost) return;
   attempt.best = std::move(refinement);
-  attempt.reason = bypasses.empty() ? "nothing in the way"
-                                    : name + " around " + std::to_string(bypasses.size());
+  attempt.reason =
+      bypasses.empty() ? "nothing in the way" : name + " around " + std::to_string(bypasses.size());
 }
 
 PlanStep::Attempt PlanStep::followPlan() const
@@ -301,7 +301,7 @@ PlanStep::Attempt PlanStep::approach(const Attempt& failed, PlanEnd end) const
 bool PlanStep::isChallenged(const Refinement& plan) const
 {
   if (!previous_) return false;
-  if (plan.draft.end == PlanEnd::Braking || plan.draft.end == PlanEnd::NearReference) return true;
+  if (plan.draft.end == PlanEnd::NearReference) return true;
   if (plan.draft.end == PlanEnd::NearGoal && !context_.window.goal_blocked) return true;
   if (previous_->sequence % kChallengeEvery != 0) return false;
   const Eigen::Matrix3Xd off = plan.draft.points - referencePoints(r_, plan.draft.along);
@@ -404,45 +404,40 @@ GlobalPlannerOutput PlanStep::run()
   if (config_.goal_policy == GoalPolicy::Reject && goal_.state == GoalState::Occupied)
     return keep(Attempt::none("goal occupied: rejected", {}), RefineOutcome::GoalBlocked);
 
-  Attempt plan = restart_ ? Attempt::none("starts anew", begin()) : followPlan();
+  const bool brakes = previous_ && previous_->end == PlanEnd::Braking;
+  Attempt plan = restart_ || brakes ? Attempt::none("starts anew", begin()) : followPlan();
   if (!plan.best || isChallenged(*plan.best))
   {
     Attempt fresh = returnToReference(plan.best ? plan.best->draft : begin());
     const bool better = fresh.best && (!plan.best || plan.best->draft.end != PlanEnd::OnReference ||
                                        fresh.best->travel_cost < kKeep * plan.best->travel_cost);
-    if (better || restart_)
+    if (better || restart_ || brakes)
     {
       plan = std::move(fresh);
       plan.reason = (restart_ ? "from here: " : "back to R: ") + plan.reason;
     }
   }
-  const bool at_end = context_.window.goal_blocked || context_.window.to >= r_.end();
-  if (plan.best && plan.best->draft.end == PlanEnd::Braking)
+
+  const bool at_end = context_.window.to >= r_.end();
+  const bool cut_off = at_end && !plan.best && plan.unreachable;
+  if (cut_off) goal_.state = GoalState::Unreachable;
+  if (context_.window.goal_blocked || (!plan.best && plan.blocked))
   {
-    plan.reason = "brakes";
-    return keep(std::move(plan), RefineOutcome::StillOccupied);
-  }
-  bool holds = plan.best && plan.best->draft.end == PlanEnd::NearGoal;
-  if (!holds && at_end && (context_.window.goal_blocked || (!plan.best && plan.unreachable)))
-  {
+    const bool at_goal = context_.window.goal_blocked || cut_off;
+    const bool holds_already = plan.best && plan.best->draft.end == PlanEnd::NearGoal;
     if (plan.best) plan.draft = plan.best->draft;
-    if (!context_.window.goal_blocked) goal_.state = GoalState::Unreachable;
-    if (Attempt hold = approach(plan, PlanEnd::NearGoal); hold.best)
+    Attempt nearer = holds_already
+                         ? Attempt{}
+                         : approach(plan, at_goal ? PlanEnd::NearGoal : PlanEnd::NearReference);
+    if (nearer.best)
     {
-      plan = std::move(hold);
-      plan.reason = "to the point nearest to the goal: " + plan.reason;
-      holds = true;
+      plan = std::move(nearer);
+      plan.reason = "as near as it can be: " + plan.reason;
     }
   }
-  else if (!plan.best && plan.blocked)
-  {
-    if (Attempt towards = approach(plan, PlanEnd::NearReference); towards.best)
-    {
-      plan = std::move(towards);
-      plan.reason = "towards R: " + plan.reason;
-    }
-  }
-  const bool blocked = holds || context_.window.goal_blocked;
+
+  const bool blocked = context_.window.goal_blocked || cut_off ||
+                       (plan.best && plan.best->draft.end == PlanEnd::NearGoal);
   if (plan.best)
   {
     const UniformBSpline curve = plan.best->draft.curve();

@@ -111,7 +111,7 @@ void FlightLog::countPlanning(const core::CycleRecord& record)
     const std::string& outcome = record.refinement.outcome;
     ++planning_.replans;
     if (record.refinement.certified) ++planning_.certified;
-    if (record.refinement.stop_excess > 0.01) ++planning_.rescues;
+    if (!record.verified_stop && record.refinement.stop_excess > 0.01) ++planning_.rescues;
     if (outcome == "Recovered") ++planning_.recoveries;
     if (outcome == "Clear" || outcome == "Refined" || outcome == "Recovered")
       ++planning_.refined_ok;

@@ -31,17 +31,23 @@ TEST(HorizonReference, FollowsTheSplineAndRestsAtItsStop)
 {
   const LocalPlannerConfig config;
   LocalPlannerInput input = along(Vector3d(1.0, 0.0, 0.2), 0.0);
-  input.law = slalom::test::lawTo(*input.reference, 2.5, 0.5);  // one second at half pace
+  const auto law = slalom::test::lawTo(*input.reference, 2.5, 0.5);  // half pace, then a stop
+  input.law = law;
   const HorizonReference horizon = sampleHorizon(input, config, Vehicle{}, std::nullopt);
   for (int k = 0; k <= config.horizon; ++k)
   {
-    const double parameter = std::min(2.5, 2.0 + 0.5 * 0.1 * k);
+    const double parameter = law->advance(2.0, 0.1 * k);
     EXPECT_LE((horizon.states.col(k).head<3>() - input.reference->position(parameter)).norm(),
-              1e-5);
+              1e-9);
     if (k == config.horizon) break;
-    const Vector3d v = k < 10 ? Vector3d(0.5, 0.0, 0.1) : Vector3d::Zero();
-    EXPECT_LE((horizon.inputs.col(k).head<3>() - v).norm(), 1e-5) << k;
+    const double middle = law->advance(2.0, 0.1 * k + 0.05);
+    const double pace = middle < 2.5 ? law->pace(middle) : 0.0;
+    const Vector3d v = pace * Vector3d(1.0, 0.0, 0.2);
+    EXPECT_LE((horizon.inputs.col(k).head<3>() - v).norm(), 1e-9) << k;
+    if (k < 7) EXPECT_NEAR(pace, 0.5, 1e-6) << "the speed limit";
   }
+  EXPECT_LE((horizon.states.col(config.horizon).head<3>() - input.reference->position(2.5)).norm(),
+            1e-6);
 }
 
 TEST(HorizonReference, InputsLeadFromPointToPointOnCurves)

@@ -25,6 +25,7 @@ using Vec3 = Eigen::Vector3d;
 MapperConfig config(double resolution = 0.2)
 {
   MapperConfig c;
+  c.bridge_m = 0.0;  // has a law of its own
   c.resolution_m = resolution;
   c.min_range_m = 0.0;
   c.start_ball_m = 0.0;
@@ -355,6 +356,46 @@ TEST(Mapper, CellsUnseenForLongAreForgotten)
   (void)mapper.integrate(9.0, Vec3::Zero(), {});
   EXPECT_EQ(mapper.snapshot()->occupancy(in_east), Occupancy::Unknown);
   EXPECT_EQ(count(*mapper.snapshot(), Occupancy::Unknown), 44u * 44u * 44u);
+}
+
+/// Bridged are exactly the unknown cells with a seen-free one near enough above or below.
+TEST(Mapper, BridgesUnknownSpaceAboveAndBelowWhatIsFree)
+{
+  for (const int reach : {1, 2})
+  {
+    SCOPED_TRACE(reach);
+    MapperConfig plain = config(), bridged = config();
+    plain.start_ball_m = bridged.start_ball_m = 0.0;
+    bridged.bridge_m = reach * plain.resolution_m;
+    Mapper without(plain), with(bridged);
+    Rng rng(7);
+    const Vec3 p(0.1, 0.1, 1.1);
+    std::vector<Ray> scan;
+    for (int i = 0; i < 60; ++i)
+    {
+      Vec3 end = p + rng.uniform3(-5.0, 5.0);
+      end.z() = p.z() + rng.uniform(-1.0, 1.0);
+      scan.push_back({p.cast<float>(), end.cast<float>()});
+    }
+    (void)without.integrate(0.0, p, scan);
+    (void)with.integrate(0.0, p, scan);
+    int changed = 0, wrong = 0;
+    eachCell(
+        *without.snapshot(),
+        [&](const Vec3& q)
+        {
+          const Occupancy was = without.snapshot()->occupancy(q);
+          bool near_free = false;
+          for (int k = -reach; k <= reach; ++k)
+            near_free |= without.snapshot()->occupancy(q + Vec3(0, 0, k * plain.resolution_m)) ==
+                         Occupancy::Free;
+          const Occupancy expected = was == Occupancy::Unknown && near_free ? Occupancy::Free : was;
+          wrong += with.snapshot()->occupancy(q) != expected;
+          changed += expected != was;
+        });
+    EXPECT_EQ(wrong, 0);
+    EXPECT_GT(changed, 500);
+  }
 }
 
 TEST(Mapper, StartBallFreesOnlyUnknownCellsOfTheFirstPose)
