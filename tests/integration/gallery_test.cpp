@@ -167,6 +167,49 @@ TEST(Gallery, ClosedWallEndsUnreachable)
   EXPECT_GE(flight.min_clearance_m, 0.35);
 }
 
+TEST(Gallery, ClosedRoomEndsUnreachable)
+{
+  const AnalyticField world({wall(-3, 2.6, 3, 3.0), wall(-3, -3.0, 3, -2.6), wall(2.6, -3, 3.0, 3),
+                             wall(-3.0, -3, -2.6, 3)});
+  const FlightOutcome flight = fly("closed_room", world, kStart, {20, 0, 1.5}, 60.0);
+  EXPECT_EQ(flight.status, EngineStatus::Unreachable) << toString(flight.status);
+  EXPECT_GE(flight.min_clearance_m, 0.35);
+}
+
+TEST(Gallery, WaypointInsideATrunkIsSkipped)
+{
+  const AnalyticField world({VerticalCylinder{{6.0, 0.0}, 0.6}, VerticalCylinder{{9.0, 3.2}, 0.4}});
+  Eigen::Matrix3Xd path(3, 3);
+  path << 6, 9, 14, 0, 3, 3, 1.5, 1.5, 1.5;  // the first in a trunk, the second at another
+  const FlightOutcome flight = fly("waypoint_in_trunk", test::FlightWorld::of(world),
+                                   test::flightConfig(), kStart, {path}, 60.0);
+  expectReached(flight);
+  EXPECT_LE(flight.length_m, 19.0);
+}
+
+TEST(Gallery, GoalTakenForReachedNearEnough)
+{
+  const AnalyticField world({VerticalCylinder{{10.0, 0.0}, 0.4}});
+  engine::EngineConfig config = test::flightConfig();
+  config.global_planner.goal_policy = global_planner::GoalPolicy::NearestFree;
+  config.global_planner.goal_radius_m = 2.0;
+  const FlightOutcome flight = fly("goal_nearest_free", test::FlightWorld::of(world), config,
+                                   kStart, to({10, 0, 1.5}), 60.0);
+  expectReached(flight);
+}
+
+TEST(Gallery, GoalRejectedEndsTheMissionAtRest)
+{
+  const AnalyticField world({VerticalCylinder{{10.0, 0.0}, 0.4}});
+  engine::EngineConfig config = test::flightConfig();
+  config.global_planner.goal_policy = global_planner::GoalPolicy::Reject;
+  const FlightOutcome flight =
+      fly("goal_rejected", test::FlightWorld::of(world), config, kStart, to({10, 0, 1.5}), 60.0);
+  EXPECT_EQ(flight.status, EngineStatus::GoalBlocked) << toString(flight.status);
+  EXPECT_LE(flight.length_m, 8.0) << "it stops when the goal is seen to be occupied";
+  EXPECT_GE(flight.min_clearance_m, 0.35);
+}
+
 /// The setting of the forest comparison: 2 m/s, 3 m/s2, radius 0.3 m, range 5 m. Gaps of less than
 /// a metre between trunks ask for small voxels and a small wanted clearance.
 engine::EngineConfig forestConfig()

@@ -97,7 +97,7 @@ struct GlobalPlannerConfig
       "a plan is proved to keep the vehicle's radius and this from every obstacle");
     v("tight_speed_mps", c.tight_speed_mps, Range{0.05, 100.0},
       "speed allowed where the vehicle just fits");
-    v("reaction_s", c.reaction_s, Range{0.0, 10.0},
+    v("reaction_s", c.reaction_s, Range{0.01, 10.0},
       "where x metres are left beside the vehicle it flies x / reaction_s faster than that");
     v("unknown", c.unknown,
       core::Names<UnknownPolicy>{{"avoid", UnknownPolicy::Avoid}, {"free", UnknownPolicy::Free}},
