@@ -3,9 +3,12 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "EdtGrid.h"
 #include "OctreeRecord.h"
@@ -101,24 +104,38 @@ class CellPool
   detail::GridShape shape_;
 };
 
-/// Unknown cells with a free one at most `reach` cells above or below become free.
-void bridge(const detail::GridShape& shape, int reach, std::uint8_t* occupancy)
+/// Copies a window; unknown cells with a free one at most `reach` cells above or below become free.
+void bridge(const detail::GridShape& shape, int reach, const std::uint8_t* from, std::uint8_t* to)
 {
-  constexpr auto kUnknown = static_cast<std::uint8_t>(core::Occupancy::Unknown);
-  constexpr auto kFree = static_cast<std::uint8_t>(core::Occupancy::Free);
-  constexpr std::uint8_t kBridged = 3;  // not free yet, or bridges would grow on bridges
-  const Eigen::Vector3i& size = shape.size;
-  for (int z = 0; z < size.z(); ++z)
-    for (int other = std::max(0, z - reach); other <= std::min(size.z() - 1, z + reach); ++other)
-      for (int y = 0; y < size.y(); ++y)
+  static_assert(static_cast<int>(core::Occupancy::Unknown) == 0 &&
+                static_cast<int>(core::Occupancy::Free) == 1);
+  // Eight cells at a time, one per byte; a class needs two bits. Rows are padded with unknown
+  // cells.
+  using Eight = std::uint64_t;
+  constexpr Eight kLow = 0x0101010101010101u;
+  const auto load = [](const std::uint8_t* cells)
+  {
+    Eight eight;
+    std::memcpy(&eight, cells, sizeof eight);
+    return eight;
+  };
+  for (int z = 0; z < shape.size.z(); ++z)
+  {
+    const int below = std::max(0, z - reach), above = std::min(shape.size.z() - 1, z + reach);
+    for (int y = 0; y < shape.size.y(); ++y)
+      for (std::size_t x = 0; x < shape.pitch(); x += sizeof(Eight))
       {
-        std::uint8_t* row = occupancy + shape.row(y, z);
-        const std::uint8_t* near = occupancy + shape.row(y, other);
-        for (int x = 0; x < size.x(); ++x)
-          row[x] = row[x] == kUnknown && near[x] == kFree ? kBridged : row[x];
+        Eight free = 0;
+        for (int other = below; other <= above; ++other)
+        {
+          const Eight there = load(from + shape.row(y, other) + x);
+          free |= there & ~(there >> 1);
+        }
+        const Eight here = load(from + shape.row(y, z) + x);
+        const Eight bridged = here | (~(here | here >> 1) & free & kLow);
+        std::memcpy(to + shape.row(y, z) + x, &bridged, sizeof bridged);
       }
-  for (std::uint8_t* cell = occupancy; cell != occupancy + shape.cells(); ++cell)
-    *cell = *cell == kBridged ? kFree : *cell;
+  }
 }
 
 double secondsSince(std::chrono::steady_clock::time_point start)
@@ -138,6 +155,7 @@ struct Mapper::Impl
         marks(window.shape().size, c.resolution_m, c.min_range_m, c.update_range_m),
         transform(window.shape(), detail::saturationCells(c.max_distance_m, c.resolution_m)),
         pool(window.shape()),
+        seen(window.shape().cells()),
         metres(EdtSnapshot::Grid::metresTable(c.max_distance_m, c.resolution_m))
   {
   }
@@ -154,6 +172,7 @@ struct Mapper::Impl
   detail::RayMarks marks;
   detail::DistanceTransform transform;
   CellPool pool;
+  std::vector<std::uint8_t> seen;  // the window's classes before bridging
   std::shared_ptr<const std::vector<double>> metres;
   std::shared_ptr<const EdtCells> cells;  // of the newest snapshot
   std::shared_ptr<const EdtSnapshot> newest;
@@ -198,9 +217,9 @@ void Mapper::Impl::publish(bool cells_changed)
   if (cells_changed)
   {
     const std::shared_ptr<EdtCells> next = pool.take();
-    window.copyOccupancy(next->occupancy.data());
-    if (const auto reach = static_cast<int>(std::lround(config.bridge_m / config.resolution_m)))
-      bridge(window.shape(), reach, next->occupancy.data());
+    window.copyOccupancy(seen.data());
+    bridge(window.shape(), static_cast<int>(std::lround(config.bridge_m / config.resolution_m)),
+           seen.data(), next->occupancy.data());
     transform.run(next->occupancy.data(), next->optimistic.data(), next->pessimistic.data());
     cells = next;
   }
