@@ -119,7 +119,7 @@ void measure(benchmark::State& state, const Family& f, const std::string& task,
       solved += answer.solved;
       costs.push_back(answer.cost);
       if (!first && answer.solved)
-        gap = std::max(gap, answer.cost / std::max(1e-9, reference.cost[costs.size() - 1]) - 1.0);
+        gap = std::max(gap, answer.cost / std::max(0.01, reference.cost[costs.size() - 1]) - 1.0);
     }
     if (first) reference.cost = costs;
   }

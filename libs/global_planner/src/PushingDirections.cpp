@@ -84,38 +84,63 @@ std::vector<std::vector<const HalfSpaces*>> assign(const Eigen::VectorXd& s, Eig
 }
 
 /// A guide that starts or ends too near to obstacles begins or ends with a straight leg.
-struct Legs
+class Legs
 {
+ public:
   Legs(const core::DistanceField& field, const Eigen::Matrix3Xd& guide, double hard_clearance)
+      : guide_(guide)
   {
     const auto tooNear = [&](Eigen::Index k)
     {
       const auto distance = field.distance(guide.col(k), core::UnknownAs::Free);
       return distance && *distance < hard_clearance;
     };
-    const Eigen::Index last = guide.cols() - 1;
-    if (last < 2) return;
-    if (tooNear(0)) first = 1;
-    if (last - first > 1 && tooNear(last)) behind = 1;
+    const Eigen::Index n = guide.cols();
+    if (n > 2 && tooNear(0)) retreat_m = (guide.col(1) - guide.col(0)).norm();
+    if (n > (retreat_m > 0.0 ? 3 : 2) && tooNear(n - 1))
+      approach_m = (guide.col(n - 1) - guide.col(n - 2)).norm();
   }
-  Eigen::Index first = 0, behind = 0;  // columns of the guide before and behind its clear part
+  double retreat_m = 0.0, approach_m = 0.0;
+
+  [[nodiscard]] Eigen::Matrix3Xd clearPart() const
+  {
+    const Eigen::Index before = retreat_m > 0.0, behind = approach_m > 0.0;
+    return guide_.middleCols(before, guide_.cols() - before - behind);
+  }
+  /// A leg has its share of `points` by length, at least one.
+  void share(double clear_length, Eigen::Index points)
+  {
+    const double edges = static_cast<double>(points - 1);
+    const double whole = clear_length + retreat_m + approach_m;
+    const auto part = [&](double leg)
+    {
+      return leg > 0.0 ? static_cast<Eigen::Index>(std::max(1.0, std::round(leg / whole * edges)))
+                       : 0;
+    };
+    before_ = part(retreat_m);
+    behind_ = part(approach_m);
+  }
+  [[nodiscard]] Eigen::Index shared() const { return before_ + behind_; }
+  [[nodiscard]] Eigen::Matrix3Xd around(const Eigen::Matrix3Xd& path) const
+  {
+    Eigen::Matrix3Xd whole(3, before_ + path.cols() + behind_);
+    whole.middleCols(before_, path.cols()) = path;
+    const auto place = [&](Eigen::Index from, Eigen::Index to, Eigen::Index i, Eigen::Index edges)
+    {
+      const double u = static_cast<double>(i) / static_cast<double>(edges);
+      return ((1.0 - u) * guide_.col(from) + u * guide_.col(to)).eval();
+    };
+    const Eigen::Index last = guide_.cols() - 1;
+    for (Eigen::Index i = 0; i < before_; ++i) whole.col(i) = place(0, 1, i, before_);
+    for (Eigen::Index i = 0; i < behind_; ++i)
+      whole.col(whole.cols() - 1 - i) = place(last, last - 1, i, behind_);
+    return whole;
+  }
+
+ private:
+  const Eigen::Matrix3Xd& guide_;
+  Eigen::Index before_ = 0, behind_ = 0;  // points of the legs
 };
-
-/// Points evenly along the way from a to b, without b.
-Eigen::Matrix3Xd legPoints(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Eigen::Index edges)
-{
-  Eigen::Matrix3Xd points(3, edges);
-  for (Eigen::Index i = 0; i < edges; ++i)
-    points.col(i) = a + (b - a) * (static_cast<double>(i) / static_cast<double>(edges));
-  return points;
-}
-
-Eigen::Matrix3Xd joined(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b)
-{
-  Eigen::Matrix3Xd both(3, a.cols() + b.cols());
-  both << a, b;
-  return both;
-}
 
 }  // namespace
 
@@ -138,44 +163,29 @@ PushingPath pushAlong(const core::DistanceField& field, const Eigen::Matrix3Xd& 
 {
   PushingPath result;
   result.guide = guide;
-  const Legs legs(field, guide, hard_clearance);
-  const Eigen::Index n = guide.cols();
-  const Eigen::Matrix3Xd clear = guide.middleCols(legs.first, n - legs.first - legs.behind);
-  const Eigen::Matrix3Xd pieces = cutIntoPieces(clear, config.piece_m);
+  Legs legs(field, guide, hard_clearance);
+  result.retreat_m = legs.retreat_m;
+  result.approach_m = legs.approach_m;
+  const Eigen::Matrix3Xd pieces = cutIntoPieces(legs.clearPart(), config.piece_m);
   // Obstacles are voxel centres, the clearance counts from their surface.
   result.polyhedra =
       decomposeAlong(field, pieces, hard_clearance + 0.5 * field.resolution(), config);
 
-  // A leg has its share of the points by length, at least one.
   const Eigen::VectorXd s = arcLength(pieces);
-  if (legs.first > 0) result.retreat_m = (guide.col(1) - guide.col(0)).norm();
-  if (legs.behind > 0) result.approach_m = (guide.col(n - 1) - guide.col(n - 2)).norm();
-  const double length = s[s.size() - 1] + result.retreat_m + result.approach_m;
-  const auto edges = [&](double leg) -> Eigen::Index
-  {
-    const double share = leg > 0.0 ? leg / length * static_cast<double>(points - 1) : 0.0;
-    return leg > 0.0 ? std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::round(share))) : 0;
-  };
-  const Eigen::Index before = edges(result.retreat_m), after = edges(result.approach_m);
-
+  legs.share(s[s.size() - 1], points);
   PushingProgram program;
-  program.points = resample(pieces, s, std::max<Eigen::Index>(2, points - before - after));
+  program.points = resample(pieces, s, std::max<Eigen::Index>(2, points - legs.shared()));
   program.sets = assign(s, program.points.cols(), result.polyhedra);
   program.margin = std::max(0.0, config.clearance_m - hard_clearance);
   program.form = config.pushing;
-  PushingProgramSolution solution = solvePushing(program);
+  const PushingProgramSolution solution = solvePushing(program);
   result.solve = solution.solve;
   result.method = solution.method;
   result.recovered = solution.method != PushingMethod::Program;
   if (result.recovered)
     result.reason = "pushing program " + std::string(toString(solution.solve.termination)) + ": " +
                     std::string(toString(solution.method));
-  result.path = std::move(solution.path);
-  if (before > 0) result.path = joined(legPoints(guide.col(0), guide.col(1), before), result.path);
-  if (after > 0)
-    result.path =
-        joined(result.path,
-               legPoints(guide.col(n - 1), guide.col(n - 2), after).rowwise().reverse().eval());
+  result.path = legs.around(solution.path);
   return result;
 }
 

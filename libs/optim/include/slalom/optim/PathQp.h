@@ -20,7 +20,7 @@ struct PathQp
 {
   Eigen::Vector3d first, last;  ///< wanted ends [m]
   Eigen::Index points = 0;      ///< n + 1 >= 2
-  PathSets sets;
+  PathSets sets;                ///< rows A p <= b
   double w_start = 100.0, w_end = 100.0, w_length = 1.0, w_bend = 1.0, w_slack = 10.0;
   double margin = 0.0;  ///< [m] >= 0; 0 means hard rows without slack
 };
