@@ -239,7 +239,10 @@ TEST_P(DevForest, IsCrossedWithoutContact)
   EXPECT_TRUE(flight.finite);
   // Every way through the densest one is 57 m long for a clearance of 0.5 m, and a maze for less.
   constexpr int kDensest = 11;
-  if (GetParam() != kDensest) EXPECT_EQ(flight.status, EngineStatus::GoalReached);
+  if (GetParam() != kDensest)
+  {
+    EXPECT_EQ(flight.status, EngineStatus::GoalReached);
+  }
 }
 INSTANTIATE_TEST_SUITE_P(Random, DevForest, testing::Range(0, 12));
 

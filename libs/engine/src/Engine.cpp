@@ -66,6 +66,7 @@ struct Engine::Impl
   {
   }
 
+  [[nodiscard]] std::shared_ptr<const MapResult> currentMap() const;
   void beginNewFrame();
   void mapPending(double t);
   [[nodiscard]] std::string startMission(const core::VehicleState& state);
@@ -101,6 +102,8 @@ struct Engine::Impl
 
   std::uint64_t seen_epoch = 0;
   bool forget_map = false;
+  std::uint64_t void_map = 0;  // maps up to this one belong to an old frame
+  bool waiting_refinement = false;
   std::uint64_t seen_map = 0, refined_map = 0, seen_refinement = 0;
   double last_refine_t = -std::numeric_limits<double>::infinity();
   std::optional<double> last_t;
@@ -109,10 +112,20 @@ struct Engine::Impl
   double estimate_s = 0.0;  // wall time of add() since the last cycle
 };
 
+/// The newest map of the present local frame.
+std::shared_ptr<const MapResult> Engine::Impl::currentMap() const
+{
+  auto map = pipeline.latestMap();
+  return map && map->count > void_map ? map : nullptr;
+}
+
 /// The local frame began anew: whatever was expressed in the old one is void.
 void Engine::Impl::beginNewFrame()
 {
   forget_map = true;
+  if (const auto map = pipeline.latestMap()) void_map = map->count;
+  if (flight) flight->number = ++missions;  // refinements under way belong to the old frame
+  waiting_refinement = false;
   if (refined) clock.restart(refined->referenceTime(clock.progress()));
   refined.reset();
   local.reset();
@@ -145,6 +158,7 @@ std::string Engine::Impl::startMission(const core::VehicleState& state)
   standing_s = 0.0;
   explanation = {};
   last_refine_t = -std::numeric_limits<double>::infinity();
+  waiting_refinement = false;
   refined_map = 0;
   local.reset();
   try
@@ -169,13 +183,17 @@ void Engine::Impl::followDrift(const core::VehicleState& state, double dt)
   flight->moveTo(flight->offset + missing * std::min(1.0, allowed / missing.norm()));
 }
 
+/// One request at a time: the next one continues the plan that comes of this one.
 void Engine::Impl::requestRefinement(const core::VehicleState& state, double t)
 {
-  const auto map = pipeline.latestMap();
+  constexpr double kLost_s = 1.0;  // a step that threw never answers
+  if (waiting_refinement && t - last_refine_t < kLost_s) return;
+  const auto map = currentMap();
   if (!map || map->count == refined_map || t - last_refine_t < config.rates.global_period_s - 1e-6)
     return;
   refined_map = map->count;
   last_refine_t = t;
+  waiting_refinement = true;
   GlobalJob job{flight->number,
                 {flight->reference_L,
                  refined,
@@ -194,6 +212,7 @@ void Engine::Impl::takeRefinement(core::CycleRecord& record)
   if (!result || result->count == seen_refinement) return;
   seen_refinement = result->count;
   if (!flight || result->mission != flight->number) return;
+  waiting_refinement = false;
   refined = result->output.refined;
   outcome = result->output.outcome;
   goal = result->output.goal;
@@ -210,7 +229,7 @@ void Engine::Impl::takeRefinement(core::CycleRecord& record)
 
 void Engine::Impl::plan(core::CycleRecord& record, double dt)
 {
-  const auto map = pipeline.latestMap();
+  const auto map = currentMap();
   const bool map_is_fresh = map && record.t - map->field->stamp() <= config.rates.map_timeout_s;
   local_planner::LocalPlannerInput input;
   input.state = record.state;
@@ -296,10 +315,12 @@ void Engine::Impl::judge(const core::CycleRecord& record, double dt, bool drive)
       rests && outcome == RefineOutcome::GoalBlocked && refined &&
       (rejectsGoal() || (record.state.p_L - refined->spline.position(refined->stop_at)).norm() <=
                             config.mission.goal_tolerance_m);
-  const bool near_enough = config.global_planner.goal_policy == GoalPolicy::NearestFree &&
-                           goal.short_m <= config.global_planner.goal_radius_m;
+  const bool near_enough =
+      config.global_planner.goal_policy == GoalPolicy::NearestFree &&
+      (record.state.p_L - goal_L).norm() <= config.global_planner.goal_radius_m;
   flight->reached = flight->reached || (holds && near_enough);
-  standing_s = rests && drive && !holds && !flight->reached ? standing_s + dt : 0.0;
+  const bool could_go = drive && record.refined.cols() > 0;
+  standing_s = rests && could_go && !holds && !flight->reached ? standing_s + dt : 0.0;
   status = flight->reached                                 ? EngineStatus::GoalReached
            : holds                                         ? EngineStatus::GoalBlocked
            : standing_s > config.mission.blocked_timeout_s ? EngineStatus::Unreachable
@@ -309,7 +330,7 @@ void Engine::Impl::judge(const core::CycleRecord& record, double dt, bool drive)
 bool Engine::Impl::rejectsGoal() const
 {
   return config.global_planner.goal_policy == GoalPolicy::Reject &&
-         outcome == RefineOutcome::GoalBlocked;
+         outcome == RefineOutcome::GoalBlocked && goal.state == global_planner::GoalState::Occupied;
 }
 
 void Engine::Impl::describe(core::CycleRecord& record) const
@@ -412,8 +433,9 @@ void Engine::Impl::run(core::CycleRecord& record, double dt, bool drive)
   if (flight)
   {
     followDrift(*state, dt);
-    requestRefinement(*state, record.t);
     takeRefinement(record);
+    requestRefinement(*state, record.t);
+    takeRefinement(record);  // at once, unless the planner runs in a thread of its own
   }
   if (flight && drive)
     plan(record, dt);

@@ -52,9 +52,10 @@ void check(const EngineConfig& config)
           "mapping.window_xy_m = " + text(map.window_xy_m) +
               " must be at least 2 x update_range_m = " + text(2.0 * map.update_range_m) +
               ", or scans reach beyond the window");
-  require(global.clearance_m > config.vehicle.radius_m,
+  require(global.clearance_m > config.vehicle.radius_m + global.margin_m,
           "global_planner.clearance_m = " + text(global.clearance_m) +
-              " must exceed vehicle.radius_m = " + text(config.vehicle.radius_m));
+              " must exceed vehicle.radius_m + global_planner.margin_m = " +
+              text(config.vehicle.radius_m + global.margin_m));
   require(map.max_distance_m > global.clearance_m,
           "mapping.max_distance_m = " + text(map.max_distance_m) +
               " must exceed global_planner.clearance_m = " + text(global.clearance_m) +

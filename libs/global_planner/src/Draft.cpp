@@ -10,6 +10,7 @@ namespace
 {
 using spline::UniformBSpline;
 
+constexpr double kRoomToStop_s = 3.0;
 constexpr double kPast_s = 1.0;  // kept behind the vehicle, so that its lag can be measured
 
 double standsFor(const UniformBSpline& r, Eigen::Index point)
@@ -89,6 +90,9 @@ Draft draftOfPlan(const RefinedReference& plan, double progress, const UniformBS
   const double window_end = standsFor(r, window.lastPoint() - 2) - 0.5 * r.knotSpan();
   Eigen::Index kept = draft.points.cols();
   while (kept > draft.fixed && draft.along[kept - 1] >= window_end) --kept;
+  // A plan that was proved is not cut off under the vehicle: it keeps its own end until that fails.
+  const auto room = static_cast<Eigen::Index>(std::ceil(kRoomToStop_s / r.knotSpan()));
+  if (kept < draft.points.cols() && kept < draft.fixed + room) return draft;
   draft.points.conservativeResize(Eigen::NoChange, kept);
   draft.along.conservativeResize(kept);
   const double next = (draft.along[kept - 1] - r.start()) / r.knotSpan() + 1.0;
@@ -105,6 +109,8 @@ Draft draftBackToReference(const Draft& begin, const UniformBSpline& r, Eigen::I
   draft.along = begin.along.head(begin.fixed);
   draft.end = PlanEnd::OnReference;
   appendReference(draft, r, join, window.lastPoint());
+  for (Eigen::Index i = draft.fixed; i < draft.along.size(); ++i)
+    draft.along[i] = std::max(draft.along[i], draft.along[i - 1]);
   return draft;
 }
 

@@ -24,6 +24,7 @@ constexpr double kKeep = 0.9;  // another plan must be cheaper than this share o
 constexpr int kChallengeEvery = 5;     // plans
 constexpr double kAwayFromR_m = 0.15;  // a plan nearer to R than this needs no challenge
 constexpr double kStanding_mps = 0.15;
+constexpr double kHarder = 0.01;  // braking by this much more than planned with goes unnoticed
 constexpr double kAltitudeAhead_s = 15.0;
 
 /// Altitude limits in the local frame, and not farther from those of R ahead than it may leave
@@ -74,6 +75,7 @@ class PlanStep
   };
 
   [[nodiscard]] bool mustRestart() const;
+  [[nodiscard]] bool endsHere() const;
   [[nodiscard]] Draft begin() const;
   [[nodiscard]] double joinTime() const;
   [[nodiscard]] bool isChallenged(const Refinement& plan) const;
@@ -84,6 +86,7 @@ class PlanStep
   [[nodiscard]] Attempt returnToReference(const Draft& from) const;
   [[nodiscard]] Attempt approach(const Attempt& failed, PlanEnd end) const;
   void classifyGoal();
+  [[nodiscard]] GoalReport goalFrom(const RefinedReference& plan) const;
   [[nodiscard]] GlobalPlannerOutput commit(const Attempt& attempt, RefineOutcome outcome);
   [[nodiscard]] GlobalPlannerOutput keep(Attempt failed, RefineOutcome outcome);
   [[nodiscard]] std::vector<double> tightSpeeds(const UniformBSpline& curve, double from,
@@ -131,13 +134,26 @@ PlanStep::PlanStep(const GlobalPlannerConfig& config, const core::Vehicle& vehic
 bool PlanStep::mustRestart() const
 {
   const UniformBSpline& curve = previous_ ? previous_->spline : r_;
-  if ((in_.state.p_L - curve.position(in_.progress)).norm() > config_.restart_distance_m)
-    return true;
+  // A vehicle that is late is not off its plan: what counts is the way to the plan's course.
+  constexpr double kLate_s = 1.0;
+  const double nearest =
+      curve.project(in_.state.p_L, std::max(curve.start(), in_.progress - kLate_s),
+                    std::min(curve.end(), in_.progress + kLate_s));
+  if ((in_.state.p_L - curve.position(nearest)).norm() > config_.restart_distance_m) return true;
   if (!previous_ || in_.state.v_W.norm() > kStanding_mps) return false;
   const bool before_end = previous_->stop_at < curve.end() || previous_->end == PlanEnd::Braking ||
                           (previous_->end == PlanEnd::OnReference &&
                            previous_->referenceTime(curve.end()) < r_.end() - r_.knotSpan());
   return before_end && previous_->stop_at - in_.progress < 2.0 * r_.knotSpan();
+}
+
+/// The plan only leads to a rest on the way, and the vehicle is there: only another plan leads on.
+bool PlanStep::endsHere() const
+{
+  constexpr double kAtEnd_s = 1.0;
+  if (!previous_ || previous_->end == PlanEnd::OnReference || previous_->end == PlanEnd::NearGoal)
+    return false;
+  return previous_->end == PlanEnd::Braking || in_.progress > previous_->spline.end() - kAtEnd_s;
 }
 
 /// Where on R a vehicle that lost its plan goes on: near where it was, unless it was taken along
@@ -250,9 +266,6 @@ PlanStep::Attempt PlanStep::returnToReference(const Draft& from) const
   };
   while (join < last && !free(join)) ++join;
   Draft draft = draftBackToReference(from, r_, join, context_.window);
-  if (!draft.hasFreePoints() && draft.points.cols() < draft.fixed + kFixedAtEnd)
-    return Attempt::none("no room to come back to R", std::move(draft));
-
   Bypass gap = joinOf(draft);
   std::vector<Bypass> bypasses = bypassesOf(draft, context_);
   std::erase_if(bypasses,
@@ -300,7 +313,7 @@ PlanStep::Attempt PlanStep::approach(const Attempt& failed, PlanEnd end) const
 /// Every few plans one that is away from R is compared with a fresh one.
 bool PlanStep::isChallenged(const Refinement& plan) const
 {
-  if (!previous_) return false;
+  if (!previous_ || !plan.draft.hasFreePoints()) return false;
   if (plan.draft.end == PlanEnd::NearReference) return true;
   if (plan.draft.end == PlanEnd::NearGoal && !context_.window.goal_blocked) return true;
   if (previous_->sequence % kChallengeEvery != 0) return false;
@@ -355,6 +368,15 @@ RefinedReference PlanStep::promise(const UniformBSpline& curve, Eigen::VectorXd 
   return promised;
 }
 
+/// Where the vehicle comes to rest if no better plan follows, as seen from the goal.
+GoalReport PlanStep::goalFrom(const RefinedReference& plan) const
+{
+  GoalReport report = goal_;
+  report.nearest_L = plan.spline.position(plan.stop_at);
+  report.short_m = (report.nearest_L - r_.position(r_.end())).norm();
+  return report;
+}
+
 GlobalPlannerOutput PlanStep::commit(const Attempt& attempt, RefineOutcome outcome)
 {
   const Refinement& plan = *attempt.best;
@@ -368,7 +390,8 @@ GlobalPlannerOutput PlanStep::commit(const Attempt& attempt, RefineOutcome outco
   record.certificate_margin_m = plan.certificate.margin_m;
   record.ran = true;
   record.outcome = toString(outcome);
-  return {outcome, goal_, std::make_shared<const RefinedReference>(std::move(promised)),
+  const GoalReport goal = goalFrom(promised);
+  return {outcome, goal, std::make_shared<const RefinedReference>(std::move(promised)),
           std::move(record)};
 }
 
@@ -395,7 +418,8 @@ GlobalPlannerOutput PlanStep::keep(Attempt failed, RefineOutcome outcome)
   record.certificate_margin_m = certificate.margin_m;
   record.min_clearance_m = minClearance(curve, in_.progress, curve.end(), field_);
   record.outcome = toString(outcome);
-  return {outcome, goal_, std::make_shared<const RefinedReference>(std::move(kept)),
+  const GoalReport goal = goalFrom(kept);
+  return {outcome, goal, std::make_shared<const RefinedReference>(std::move(kept)),
           std::move(record)};
 }
 
@@ -404,7 +428,7 @@ GlobalPlannerOutput PlanStep::run()
   if (config_.goal_policy == GoalPolicy::Reject && goal_.state == GoalState::Occupied)
     return keep(Attempt::none("goal occupied: rejected", {}), RefineOutcome::GoalBlocked);
 
-  const bool brakes = previous_ && previous_->end == PlanEnd::Braking;
+  const bool brakes = endsHere();
   Attempt plan = restart_ || brakes ? Attempt::none("starts anew", begin()) : followPlan();
   if (!plan.best || isChallenged(*plan.best))
   {
@@ -440,13 +464,18 @@ GlobalPlannerOutput PlanStep::run()
                        (plan.best && plan.best->draft.end == PlanEnd::NearGoal);
   if (plan.best)
   {
-    const UniformBSpline curve = plan.best->draft.curve();
-    goal_.nearest_L = curve.position(curve.end());
-    goal_.short_m = (goal_.nearest_L - r_.position(r_.end())).norm();
-    return commit(plan, blocked                ? RefineOutcome::GoalBlocked
-                        : plan.best->recovered ? RefineOutcome::Recovered
-                        : plan.led_around      ? RefineOutcome::Refined
-                                               : RefineOutcome::Clear);
+    if (plan.best->draft.end == PlanEnd::NearGoal && !context_.window.goal_blocked)
+      goal_.state = GoalState::Unreachable;
+    GlobalPlannerOutput committed = commit(plan, blocked                ? RefineOutcome::GoalBlocked
+                                                 : plan.best->recovered ? RefineOutcome::Recovered
+                                                 : plan.led_around      ? RefineOutcome::Refined
+                                                                        : RefineOutcome::Clear);
+    const double excess = committed.refined->law.excess();
+    if (excess <= kHarder || !previous_ || restart_) return committed;
+    // Nothing is gained by a plan that cannot be stopped in time if the present one can.
+    plan.reason = "cannot stop in time: " + plan.reason;
+    GlobalPlannerOutput kept = keep(std::move(plan), RefineOutcome::StillOccupied);
+    return kept.refined->law.excess() < excess ? kept : committed;
   }
   const bool no_way = plan.blocked.has_value();
   return keep(std::move(plan), blocked  ? RefineOutcome::GoalBlocked
@@ -508,10 +537,11 @@ double RefinedReference::referenceTime(double t) const
 GlobalPlanner::GlobalPlanner(const GlobalPlannerConfig& config, const core::Vehicle& vehicle)
     : config_(config), vehicle_(vehicle)
 {
-  if (config.clearance_m <= vehicle.radius_m)
+  if (config.clearance_m <= vehicle.radius_m + config.margin_m)
     throw std::invalid_argument(
         "global_planner.clearance_m = " + std::to_string(config.clearance_m) +
-        " must exceed vehicle.radius_m = " + std::to_string(vehicle.radius_m));
+        " must exceed vehicle.radius_m + margin_m = " +
+        std::to_string(vehicle.radius_m + config.margin_m));
   if (config.min_altitude_m >= config.max_altitude_m)
     throw std::invalid_argument(
         "global_planner.min_altitude_m = " + std::to_string(config.min_altitude_m) +

@@ -34,7 +34,6 @@ ReferenceWindow chooseWindow(const spline::UniformBSpline& r, double progress, d
     length += (next - r.position(knot(at))).norm();
     ++at;
   }
-  window.blocked_end = !free;
   window.goal_blocked = !free && at >= r.spans();
   window.last_knot = free ? at : last_free;
   window.from = knot(window.first_knot);

@@ -11,8 +11,7 @@ struct ReferenceWindow
 {
   Eigen::Index first_knot = 0, last_knot = 0;
   double from = 0.0, to = 0.0;  ///< [s] times of these knots
-  bool blocked_end = false;     ///< R behind `to` is occupied as far as the map reaches
-  bool goal_blocked = false;    ///< ... including its very end
+  bool goal_blocked = false;    ///< R is occupied from `to` to its very end
 
   /// R's control point with this index is the last one that shapes the window.
   [[nodiscard]] Eigen::Index lastPoint() const { return last_knot + 2; }

@@ -122,6 +122,7 @@ void Work::push(const std::vector<Bypass>& bypasses, const std::vector<Eigen::Ma
 {
   core::RefinementRecord& record = result_.record;
   record = {};  // explains the last push, not the sum of all attempts
+  result_.recovered = false;
   pushes_.clear();
   // From the last to the first: the columns of those before stay where they are.
   for (std::size_t k = bypasses.size(); k-- > 0;)
@@ -205,7 +206,9 @@ Eigen::VectorXd Work::fitWeights() const
     for (Eigen::Index i = 0; i < weights.size(); ++i)
       if (draft.along[i] > s.from - kFitAround_s && draft.along[i] < s.to + kFitAround_s)
         weights[i] = 0.0;
-  if (draft.end != PlanEnd::OnReference) weights.tail(kFixedAtEnd).setZero();
+  // Nor where the way does not get on along R at all.
+  for (Eigen::Index i = 1; i < weights.size(); ++i)
+    if (draft.along[i] <= draft.along[i - 1]) weights[i] = 0.0;
   return weights;
 }
 
@@ -240,8 +243,10 @@ void Work::minimise(double gain)
   problem.pushes = pushes_;
   // J_obs was weighted for a margin of 0.45 m between D_z and the radius; its cubic scales with it.
   constexpr double kUsualMargin_m = 0.45;
+  constexpr double kLargest = 20.0;
   problem.obstacle_gain =
-      gain * std::pow(kUsualMargin_m / (config.clearance_m - c_.vehicle.radius_m), 3);
+      gain *
+      std::min(kLargest, std::pow(kUsualMargin_m / (config.clearance_m - c_.vehicle.radius_m), 3));
 
   const Eigen::Index free = problem.last_free - problem.first_free + 1;
   const Eigen::Matrix3Xd reference = problem.reference.middleCols(problem.first_free, free);
@@ -306,8 +311,8 @@ double Work::travelCost(const UniformBSpline& curve) const
 /// What a proof of the draft would have to show, with `more` clearance than needed.
 Certificate Work::prove(const UniformBSpline& curve, double more) const
 {
-  // The margin is demanded of what can still be changed; the given columns were proved with it
-  // before, and the map of then was another one.
+  // The margin is demanded of what can still be changed. What is given was proved with it when it
+  // was free, on another map; or it is where the vehicle flies anyhow.
   const double radius = c_.vehicle.radius_m, margin = c_.config.margin_m + more;
   const double from = std::min(c_.progress, curve.end());
   const double given =
@@ -370,6 +375,7 @@ Refinement Work::run(std::vector<Bypass> bypasses, std::vector<Eigen::Matrix3Xd>
 
 std::vector<Bypass> bypassesOf(const Draft& draft, const StepContext& context)
 {
+  if (!draft.hasFreePoints()) return {};
   const UniformBSpline curve = draft.curve();
   const double from = std::max(draft.influence(draft.fixed - 1), context.progress);
   std::vector<Bypass> bypasses;
@@ -399,7 +405,7 @@ std::vector<Bypass> bypassesOf(const Draft& draft, const StepContext& context)
                              draft.lastFree() + 1);
     if (!bypasses.empty() && bypass.first <= bypasses.back().last + 1)
       bypasses.back().last = std::max(bypasses.back().last, bypass.last);
-    else if (draft.hasFreePoints())
+    else
       bypasses.push_back(bypass);
   }
   for (Bypass& bypass : bypasses)

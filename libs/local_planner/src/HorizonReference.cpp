@@ -15,13 +15,21 @@ Eigen::Vector3d velocityAt(const LocalPlannerInput& input, double parameter)
   if (parameter >= input.law->to()) return Eigen::Vector3d::Zero();
   return input.law->pace(parameter) * input.reference->velocity(parameter);
 }
+
+Eigen::Vector3d accelerationAt(const LocalPlannerInput& input, double parameter)
+{
+  if (parameter >= input.law->to()) return Eigen::Vector3d::Zero();
+  const double pace = input.law->pace(parameter);
+  return pace * pace * input.reference->acceleration(parameter) +
+         input.law->paceChange(parameter) * input.reference->velocity(parameter);
+}
 }  // namespace
 
 HorizonReference sampleHorizon(const LocalPlannerInput& input, const LocalPlannerConfig& config,
                                const core::Vehicle& vehicle, std::optional<double> held_heading)
 {
   const int n = config.horizon;
-  HorizonReference horizon{Eigen::Matrix4Xd(4, n + 1), Eigen::Matrix4Xd(4, n), 0.0};
+  HorizonReference horizon{Eigen::Matrix4Xd(4, n + 1), Eigen::Matrix4Xd(4, n)};
 
   const double yaw = input.state.yaw();
   double heading = yaw + core::wrapAngle(held_heading.value_or(yaw) - yaw);
@@ -42,6 +50,9 @@ HorizonReference sampleHorizon(const LocalPlannerInput& input, const LocalPlanne
     parameter = input.law->advance(middle, 0.5 * config.step_s);
   }
   horizon.heading = horizon.states(3, 0);
+  horizon.acceleration = accelerationAt(input, std::min(input.progress, input.law->to()))
+                             .cwiseMax(-vehicle.max_acceleration_mps2)
+                             .cwiseMin(vehicle.max_acceleration_mps2);
   for (int k = 0; k < n; ++k)
     horizon.inputs(3, k) =
         std::clamp((horizon.states(3, k + 1) - horizon.states(3, k)) / config.step_s,

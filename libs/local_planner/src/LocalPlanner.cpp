@@ -56,8 +56,7 @@ std::string trouble(const LocalPlannerInput& input)
   if (!std::isfinite(s.t) || !s.p_L.allFinite() || !s.v_W.allFinite() ||
       !s.q_WB.coeffs().allFinite() || !std::isfinite(s.yaw()))
     return "the state is not finite";
-  if (!std::isfinite(input.progress))
-    return "the progress on the reference is not finite";
+  if (!std::isfinite(input.progress)) return "the progress on the reference is not finite";
   if (!input.last_command.v_W.allFinite() || !std::isfinite(input.last_command.yaw_rate))
     return "the last command is not finite";
   return {};
@@ -119,6 +118,11 @@ struct LocalPlanner::Impl
   };
 
   double sinceLastStep(double t);
+  [[nodiscard]] Eigen::Vector4d startOf(const core::VehicleState& state,
+                                        const HorizonReference& reference) const;
+  [[nodiscard]] Eigen::Vector4d lead(const HorizonReference& reference) const;
+  [[nodiscard]] Eigen::Vector4d lastInput(const Tick& tick,
+                                          const HorizonReference& reference) const;
   Plan guess(const Tick& tick, const HorizonReference& reference) const;
   Shape& prepare(const Tick& tick, const HorizonReference& reference, const Plan& guess,
                  const CloseObstacles& close);
@@ -171,13 +175,42 @@ double LocalPlanner::Impl::sinceLastStep(double t)
   return elapsed > 1e-3 ? std::min(elapsed, config.step_s) : config.step_s;
 }
 
-Plan LocalPlanner::Impl::guess(const Tick& tick, const HorizonReference& reference) const
+/* With v' = (u - v) / lag and z = p + lag (v - v_ref) the motion obeys z' = u - lag a_ref: the
+ * kinematic model, in z and u - lag a_ref, without error. z is p where the vehicle keeps up with
+ * its reference; elsewhere it is where the vehicle will be once its velocity has caught up. */
+Eigen::Vector4d LocalPlanner::Impl::startOf(const core::VehicleState& state,
+                                            const HorizonReference& reference) const
 {
   Eigen::Vector4d start;
-  start << tick.input.state.p_L, tick.input.state.yaw();
+  start << state.p_L + config.velocity_lag_s * (state.v_W - reference.inputs.col(0).head<3>()),
+      state.yaw();
+  return start;
+}
+
+/// What the command is ahead of the model's input.
+Eigen::Vector4d LocalPlanner::Impl::lead(const HorizonReference& reference) const
+{
+  Eigen::Vector4d ahead = Eigen::Vector4d::Zero();
+  ahead.head<3>() = config.velocity_lag_s * reference.acceleration;
+  return ahead;
+}
+
+/// The model's input that the last command was; within the limits, which hold for both.
+Eigen::Vector4d LocalPlanner::Impl::lastInput(const Tick& tick,
+                                              const HorizonReference& reference) const
+{
+  Eigen::Vector4d input = stack(tick.last) - lead(reference);
+  input.head<3>() =
+      input.head<3>().cwiseMax(-vehicle.max_speed_mps).cwiseMin(vehicle.max_speed_mps);
+  return input;
+}
+
+Plan LocalPlanner::Impl::guess(const Tick& tick, const HorizonReference& reference) const
+{
+  const Eigen::Vector4d start = startOf(tick.input.state, reference);
   const double age = plan ? tick.input.state.t - plan->t : -1.0;
   if (!plan_is_guess || age < 0.0 || age >= config.horizon * config.step_s)
-    return detail::pursue(start, stack(tick.last), reference, config.step_s, vehicle);
+    return detail::pursue(start, lastInput(tick, reference), reference, config.step_s, vehicle);
   Plan shifted{tick.input.state.t, {}, detail::shiftedInputs(*plan, age, config.step_s)};
   shifted.states = detail::rollOut(start, shifted.inputs, config.step_s);
   return shifted;
@@ -200,7 +233,7 @@ LocalPlanner::Impl::Shape& LocalPlanner::Impl::prepare(const Tick& tick,
   Shape& shape = shapes[rows];
   detail::NmpcData& data = shape.program.data;
   data.state = guess.states.col(0);
-  data.last_input = stack(tick.last);
+  data.last_input = lastInput(tick, reference);
   data.elapsed = tick.dt;
   data.state_reference = reference.states;
   // A bounded pull keeps the penalty on obstacles exact however far the reference has run ahead.
@@ -277,7 +310,8 @@ bool LocalPlanner::Impl::flyFresh(Tick& tick, const HorizonReference& reference)
               shape.program.inputsOf(solution.point.x)};
   shifts = 0;
   output.fallback = Fallback::None;
-  output.command = detail::gate(commandOf(plan->inputs.col(0)), tick.last, tick.dt, vehicle);
+  output.command =
+      detail::gate(commandOf(plan->inputs.col(0) + lead(reference)), tick.last, tick.dt, vehicle);
   output.worst_obstacle_slack_m = std::max(0.0, shape.program.worstSlack(solution.point.x));
   show(*plan, output);
   output.reason = nearly ? "tracking, iteration limit reached" : "tracking";

@@ -104,7 +104,8 @@ class CellPool
   detail::GridShape shape_;
 };
 
-/// Copies a window; unknown cells with a free one at most `reach` cells above or below become free.
+/// Copies a window; unknown cells with a free one at most `reach` cells above or below, and nothing
+/// occupied in between, become free.
 void bridge(const detail::GridShape& shape, int reach, const std::uint8_t* from, std::uint8_t* to)
 {
   static_assert(static_cast<int>(core::Occupancy::Unknown) == 0 &&
@@ -126,10 +127,15 @@ void bridge(const detail::GridShape& shape, int reach, const std::uint8_t* from,
       for (std::size_t x = 0; x < shape.pitch(); x += sizeof(Eight))
       {
         Eight free = 0;
-        for (int other = below; other <= above; ++other)
+        for (const int step : {-1, 1})
         {
-          const Eight there = load(from + shape.row(y, other) + x);
-          free |= there & ~(there >> 1);
+          Eight open = kLow;  // nothing occupied in between
+          for (int other = z + step; other >= below && other <= above; other += step)
+          {
+            const Eight there = load(from + shape.row(y, other) + x);
+            free |= there & ~(there >> 1) & open;
+            open &= ~(there >> 1);
+          }
         }
         const Eight here = load(from + shape.row(y, z) + x);
         const Eight bridged = here | (~(here | here >> 1) & free & kLow);

@@ -226,6 +226,15 @@ void IpoptSolver::Impl::solve(const NonlinearProgram& program, const NlpPoint& s
     report.message = "the start has a wrong size or is not finite";
     return;
   }
+  const Bounds bounds = boundsOf(program);
+  // Ipopt crashes on bounds that contradict each other.
+  if ((bounds.x_lower.array() > bounds.x_upper.array()).any() ||
+      (bounds.g_lower.array() > bounds.g_upper.array()).any())
+  {
+    report.termination = Termination::Infeasible;
+    report.message = "a lower bound exceeds its upper bound";
+    return;
+  }
   const bool has_multipliers = start.g_multipliers.size() == program.constraints() &&
                                start.lower_multipliers.size() == program.variables() &&
                                start.upper_multipliers.size() == program.variables();
@@ -242,7 +251,6 @@ void IpoptSolver::Impl::solve(const NonlinearProgram& program, const NlpPoint& s
     }
   }
   Backend& backend = *slot;
-  const Bounds bounds = boundsOf(program);
   backend.adapter->arm(program, start, deadline);
   const auto status = backend.run(shapeOf(program, bounds));
   name(status, *backend.adapter, report);

@@ -119,7 +119,10 @@ TEST(GlobalPlanner, WhatItPromisesIsClear)
     EXPECT_EQ(plan.law.to(), plan.stop_at);
     EXPECT_EQ(plan.along.size(), plan.spline.size());
     EXPECT_EQ(output.record.certified, !gaveAWayUp(output.outcome));
-    if (output.record.certified) EXPECT_EQ(plan.clear_until, plan.spline.end());
+    if (output.record.certified)
+    {
+      EXPECT_EQ(plan.clear_until, plan.spline.end());
+    }
     refined +=
         output.outcome == RefineOutcome::Refined || output.outcome == RefineOutcome::Recovered;
     failed += gaveAWayUp(output.outcome);
@@ -271,7 +274,9 @@ TEST(GlobalPlanner, TakesTheNearerOfTwoGaps)
     EXPECT_GE(denseClearance(curve, 0.0, curve.end(), *field), kRadius - 1e-3);
     for (double t = curve.start(); t <= curve.end(); t += 0.05)
       if (const Eigen::Vector3d p = curve.position(t); p.x() > 5.0 && p.x() < 5.4)
+      {
         EXPECT_GT(side * p.y(), 0.0) << "through the gap at " << 2.1 * side;
+      }
   }
 }
 
@@ -310,7 +315,7 @@ TEST_F(BlockedGoal, IsApproachedAndReported)
   const Eigen::Vector3d stop = plan.spline.position(plan.stop_at);
   EXPECT_GE(field->signedDistance(stop), kRadius);
   EXPECT_LE(field->signedDistance(stop), kRadius + 0.6) << "stops where it must, not earlier";
-  EXPECT_NEAR(output.goal.short_m, (stop - r->position(r->end())).norm(), 0.05);
+  EXPECT_NEAR(output.goal.short_m, (stop - r->position(r->end())).norm(), 1e-9);
 }
 
 TEST_F(BlockedGoal, EndsTheMissionWhereTheVehicleIsWhenAskedTo)
@@ -332,6 +337,7 @@ TEST_F(BlockedGoal, ThatIsOnlyWalledInIsUnreachable)
   const GlobalPlannerOutput output = GlobalPlanner(config, kVehicle).step(inputAt(r, field));
   EXPECT_EQ(output.outcome, RefineOutcome::GoalBlocked) << output.record.reason;
   EXPECT_EQ(output.goal.state, GoalState::Unreachable);
+  EXPECT_GT(output.goal.short_m, 1.5) << "a walled goal is not near";
   EXPECT_GE(denseClearance(output.refined->spline, 0.0, output.refined->clear_until, *field),
             kRadius - 1e-3);
 }
@@ -417,6 +423,58 @@ TEST(GlobalPlanner, StartsAnewWhereTheVehicleIs)
   EXPECT_LT((plan.spline.position(input.progress) - input.state.p_L).norm(), 1e-9);
   EXPECT_LT((plan.spline.velocity(input.progress) - input.state.v_W).norm(), 1e-9);
   EXPECT_GE(denseClearance(plan.spline, input.progress, plan.clear_until, *field), kRadius - 1e-3);
+}
+
+TEST(GlobalPlanner, HoldsItsGoalForAnyNumberOfPlans)
+{
+  const GlobalPlanner planner({}, kVehicle);
+  const auto r = straight(4.0);
+  GlobalPlannerInput input =
+      inputAt(r, std::make_shared<AnalyticField>(std::vector<test::Obstacle>{}));
+  for (int k = 0; k < 120; ++k)
+  {
+    const auto plan = planner.step(input).refined;
+    input.previous = plan;
+    input.progress = plan->law.advance(input.progress, 0.1);
+    input.pace = plan->law.pace(input.progress);
+    input.state.p_L = plan->spline.position(input.progress);
+    input.state.v_W = input.pace * plan->spline.velocity(input.progress);
+  }
+  EXPECT_LT((input.state.p_L - r->position(r->end())).norm(), 1e-3);
+}
+
+/// The end of R leaves the map, and what is left of it ends before the wall that a plan goes
+/// around: the plan must not be cut off under the vehicle.
+TEST(GlobalPlanner, IsNotCutOffWhenTheWindowShrinks)
+{
+  const GlobalPlanner planner({}, kVehicle);
+  const auto r = straight(12.0);
+  const Eigen::AlignedBox3d wall(Eigen::Vector3d(6, -3, -50), Eigen::Vector3d(9.5, 1.0, 50));
+  const auto seen = [&](double until)
+  {
+    return std::make_shared<AnalyticField>(
+        std::vector<test::Obstacle>{wall},
+        Eigen::AlignedBox3d(Eigen::Vector3d(-8, -8, 0), Eigen::Vector3d(until, 8, 5)));
+  };
+  GlobalPlannerInput input = inputAt(r, seen(20.0));
+  const auto moveOn = [&](const std::shared_ptr<const RefinedReference>& plan)
+  {
+    input.previous = plan;
+    input.progress = plan->law.advance(input.progress, 0.1);
+    input.pace = plan->law.pace(input.progress);
+    input.state.p_L = plan->spline.position(input.progress);
+    input.state.v_W = input.pace * plan->spline.velocity(input.progress);
+  };
+  for (int k = 0; k < 50; ++k) moveOn(planner.step(input).refined);
+  ASSERT_GT(input.state.v_W.norm(), 0.5);
+  for (const double until : {9.0, 8.0})
+  {
+    SCOPED_TRACE(until);
+    input.field = seen(until);
+    const GlobalPlannerOutput output = planner.step(input);
+    EXPECT_LE(output.refined->law.excess(), 0.01) << output.record.reason;
+    moveOn(output.refined);
+  }
 }
 
 TEST(GlobalPlanner, SaysThatItHasNoMap)

@@ -13,6 +13,14 @@
 
 namespace slalom::test
 {
+/// Settings for a vehicle whose velocity is the command.
+[[nodiscard]] inline local_planner::LocalPlannerConfig atOnce(
+    local_planner::LocalPlannerConfig config = {})
+{
+  config.velocity_lag_s = 0.0;
+  return config;
+}
+
 /** A vehicle that flies every command exactly, and the planner that steers it, at 20 Hz. The
  * reference runs with time, at most `lead` seconds ahead of the vehicle's projection. */
 class ClosedLoop
@@ -26,7 +34,7 @@ class ClosedLoop
              const core::Vehicle& vehicle = {})
       : reference_(std::move(reference)),
         field_(std::move(field)),
-        planner_(config, vehicle),
+        planner_(atOnce(config), vehicle),
         progress_(reference_->start())
   {
     input.law = lawTo(*reference_, reference_->end());

@@ -44,7 +44,10 @@ TEST(HorizonReference, FollowsTheSplineAndRestsAtItsStop)
     const double pace = middle < 2.5 ? law->pace(middle) : 0.0;
     const Vector3d v = pace * Vector3d(1.0, 0.0, 0.2);
     EXPECT_LE((horizon.inputs.col(k).head<3>() - v).norm(), 1e-9) << k;
-    if (k < 7) EXPECT_NEAR(pace, 0.5, 1e-6) << "the speed limit";
+    if (k < 7)
+    {
+      EXPECT_NEAR(pace, 0.5, 1e-6) << "the speed limit";
+    }
   }
   EXPECT_LE((horizon.states.col(config.horizon).head<3>() - input.reference->position(2.5)).norm(),
             1e-6);

@@ -64,6 +64,56 @@ TEST(LocalPlannerTracking, CurvesAreFollowedClosely)
   EXPECT_LE(worst, 0.08);
 }
 
+/// Mean distance to a circle of 2 m at 1.2 m/s of a vehicle whose velocity lags behind the command.
+double errorOnCircle(double vehicle_lag_s, double assumed_lag_s)
+{
+  constexpr double kSpan = 0.2, kRadius = 2.0, kSpeed = 1.2, kStep = 0.005;
+  Eigen::Matrix3Xd points(3, 80);
+  for (Eigen::Index i = 0; i < points.cols(); ++i)
+  {
+    const double angle = kSpeed / kRadius * kSpan * static_cast<double>(i - 1);
+    points.col(i) = kRadius * Vector3d(std::sin(angle), 1.0 - std::cos(angle), 0.0);
+  }
+  const auto reference = std::make_shared<const slalom::spline::UniformBSpline>(points, kSpan);
+  LocalPlannerConfig config;
+  config.velocity_lag_s = assumed_lag_s;
+  Vehicle vehicle;
+  vehicle.max_speed_mps = 2.0;
+  LocalPlanner planner(config, vehicle);
+  LocalPlannerInput input;
+  input.reference = reference;
+  input.law = slalom::test::lawTo(*reference, reference->end());
+  input.state.p_L = reference->position(0.0);
+  input.state.v_W = reference->velocity(0.0);
+  input.last_command.v_W = input.state.v_W;
+  double sum = 0.0;
+  int ticks = 0;
+  for (double t = 0.0; t < 14.0; t += 0.05)
+  {
+    input.progress = input.state.t = t;
+    input.state.q_WB = slalom::core::fromYaw(kSpeed / kRadius * t);
+    input.last_command = planner.step(input).command;
+    for (double within = 0.0; within < 0.05 - 1e-9; within += kStep)
+    {
+      input.state.v_W += (input.last_command.v_W - input.state.v_W) * (kStep / vehicle_lag_s);
+      input.state.p_L += kStep * input.state.v_W;
+    }
+    if (t < 4.0) continue;
+    sum += std::abs((input.state.p_L - Vector3d(0, kRadius, 0)).norm() - kRadius);
+    ++ticks;
+  }
+  return sum / ticks;
+}
+
+TEST(LocalPlannerTracking, KnowsHowTheVehicleLags)
+{
+  const double blind = errorOnCircle(0.25, 0.0);
+  EXPECT_LE(errorOnCircle(0.25, 0.25), 0.6 * blind);
+  // A lag that is a fifth off is better than none, either way.
+  EXPECT_LE(errorOnCircle(0.25, 0.2), 0.9 * blind);
+  EXPECT_LE(errorOnCircle(0.25, 0.3), 0.9 * blind);
+}
+
 TEST(LocalPlannerTracking, RestsAtTheStop)
 {
   const auto reference = straightReference(Vector3d(0, 0, 1), Vector3d(1.0, 0.4, 0.0), 20.0);

@@ -358,7 +358,8 @@ TEST(Mapper, CellsUnseenForLongAreForgotten)
   EXPECT_EQ(count(*mapper.snapshot(), Occupancy::Unknown), 44u * 44u * 44u);
 }
 
-/// Bridged are exactly the unknown cells with a seen-free one near enough above or below.
+/// Bridged are exactly the unknown cells with a seen-free one near enough above or below and
+/// nothing occupied in between.
 TEST(Mapper, BridgesUnknownSpaceAboveAndBelowWhatIsFree)
 {
   for (const int reach : {1, 2})
@@ -380,19 +381,24 @@ TEST(Mapper, BridgesUnknownSpaceAboveAndBelowWhatIsFree)
     (void)without.integrate(0.0, p, scan);
     (void)with.integrate(0.0, p, scan);
     int changed = 0, wrong = 0;
-    eachCell(
-        *without.snapshot(),
-        [&](const Vec3& q)
-        {
-          const Occupancy was = without.snapshot()->occupancy(q);
-          bool near_free = false;
-          for (int k = -reach; k <= reach; ++k)
-            near_free |= without.snapshot()->occupancy(q + Vec3(0, 0, k * plain.resolution_m)) ==
-                         Occupancy::Free;
-          const Occupancy expected = was == Occupancy::Unknown && near_free ? Occupancy::Free : was;
-          wrong += with.snapshot()->occupancy(q) != expected;
-          changed += expected != was;
-        });
+    eachCell(*without.snapshot(),
+             [&](const Vec3& q)
+             {
+               const Occupancy was = without.snapshot()->occupancy(q);
+               bool near_free = false;
+               for (const int step : {-1, 1})
+                 for (int k = 1; k <= reach; ++k)
+                 {
+                   const Occupancy there =
+                       without.snapshot()->occupancy(q + Vec3(0, 0, step * k * plain.resolution_m));
+                   near_free |= there == Occupancy::Free;
+                   if (there == Occupancy::Occupied) break;  // under a floor nothing was seen
+                 }
+               const Occupancy expected =
+                   was == Occupancy::Unknown && near_free ? Occupancy::Free : was;
+               wrong += with.snapshot()->occupancy(q) != expected;
+               changed += expected != was;
+             });
     EXPECT_EQ(wrong, 0);
     EXPECT_GT(changed, 500);
   }

@@ -174,6 +174,16 @@ TEST_P(Ipopt, AnswersTroubleWithAReport)
   EXPECT_TRUE(solver.solve(Hs71(), kStart, Deadline::none()).report.converged());
 }
 
+TEST_P(Ipopt, ContradictoryBoundsAreInfeasibleAndNoCrash)
+{
+  Hs71 program;
+  program.upper = 0.5;  // below the lower bounds
+  IpoptSolver solver(with({}));
+  const NlpSolution found = solver.solve(program, kStart, Deadline::none());
+  EXPECT_EQ(found.report.termination, Termination::Infeasible) << found.report.message;
+  EXPECT_TRUE(found.point.x.allFinite());
+}
+
 TEST_P(Ipopt, TwoThreadsMaySolveAtOnce)
 {
   int converged[2] = {0, 0};

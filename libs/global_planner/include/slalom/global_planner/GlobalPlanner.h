@@ -36,7 +36,7 @@ enum class GoalState
   NotSeen,  ///< beyond the map
   Free,
   Unknown,     ///< inside the map, never seen
-  Occupied,    ///< an obstacle is nearer than the vehicle's radius
+  Occupied,    ///< an obstacle is nearer than the hard clearance: the radius and its margins
   Unreachable  ///< free, but nothing leads there
 };
 [[nodiscard]] std::string_view toString(GoalState state);
@@ -44,7 +44,7 @@ enum class GoalState
 struct GoalReport
 {
   GoalState state = GoalState::NotSeen;
-  Eigen::Vector3d nearest_L = Eigen::Vector3d::Zero();  ///< where the plan ends [m]
+  Eigen::Vector3d nearest_L = Eigen::Vector3d::Zero();  ///< where the vehicle will rest [m]
   double short_m = 0.0;                                 ///< distance from there to the end of R
 };
 

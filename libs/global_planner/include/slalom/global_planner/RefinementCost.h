@@ -69,7 +69,7 @@ class RefinementCost final : public optim::LimitedCost
     Eigen::Matrix3Xd bend;  ///< 3x(N-2) second differences that cost nothing: those of R where the
                             ///< plan is to be R; empty = none
     std::vector<Push> pushes;
-    double obstacle_gain = 1.0;  ///< multiplies lambda_obs; doubled on restarts
+    double obstacle_gain = 1.0;  ///< multiplies lambda_obs; larger in later attempts
     HingeTail tail = HingeTail::Quadratic;
   };
 
