@@ -115,7 +115,8 @@ class Lattice
     std::uint32_t cell;
     float cost;
     std::uint8_t move;
-    bool sure;  ///< that the edge is clear
+    bool sure;   ///< that the edge is clear
+    bool exact;  ///< its priority, not a bound of that
   };
   struct Move
   {
@@ -156,6 +157,10 @@ class Lattice
   }
   void begin(const Query& query);
   SearchEnd run(const Query& query);
+  /// Least cost from a point to the goal, given that from its column.
+  [[nodiscard]] float toGoal(const Eigen::Vector3i& at, float from_column) const;
+  /// Puts an entry back behind those that are better, now that its priority is known.
+  void postpone(Entry entry);
   [[nodiscard]] bool edgeClear(const Entry& entry) const;
   void expand(std::uint32_t cell, const Query& query);
   void joinGoal(std::uint32_t from, const Eigen::Vector3d& from_L, const Query& query);
@@ -183,7 +188,7 @@ class Lattice
   // Of the search that is running.
   Eigen::Array3f goal_ = Eigen::Array3f::Zero();  ///< in lattice coordinates
   bool bounded_ = false;                          ///< by the columns
-  float goal_cost_ = 0.0f, goal_factor_ = 1.0f;
+  float most_cost_ = 0.0f, goal_cost_ = 0.0f, goal_factor_ = 1.0f;
   std::uint32_t goal_parent_ = 0;
   Eigen::Vector3d goal_L_ = Eigen::Vector3d::Zero();
   std::size_t flood_next_ = 0;

@@ -33,6 +33,7 @@ void Lattice::begin(const Query& query)
   goal_L_ = query.goal_L;
   goal_ = ((query.goal_L - start_L_) / resolution_).cast<float>().array();
   goal_cost_ = std::numeric_limits<float>::infinity();
+  most_cost_ = static_cast<float>(query.most_cost);
   const auto at_goal = field_.distance(query.goal_L, core::UnknownAs::Free);
   goal_factor_ = static_cast<float>(costPerMetre(at_goal.value_or(0.0), config_));
   flood_state_ = Flood::NotBegun;
@@ -44,7 +45,7 @@ void Lattice::begin(const Query& query)
   const Eigen::Array3f offset = goal_.abs();
   const float straight = resolution * latticeDistance(offset.x(), offset.y(), offset.z());
   work_.queue.reset(straight, kBucketShare * std::max(straight, resolution));
-  work_.queue.push(greed() * straight, {start, 0.0f, 0, true});
+  work_.queue.push(greed() * straight, {start, 0.0f, 0, true, true});
 }
 
 SearchEnd Lattice::search(const Query& query)
@@ -91,6 +92,11 @@ SearchEnd Lattice::run(const Query& query)
     }
     Cell& cell = work_.cells[entry.cell];
     if (cell.stamp == search_stamp_ && ((cell.flags & Closed) || entry.cost > cell.cost)) continue;
+    if (!entry.exact)
+    {
+      postpone(entry);
+      continue;
+    }
     if (!entry.sure && !edgeClear(entry)) continue;
     if (expansions_ >= config_.max_expansions) return SearchEnd::Limit;
     ++expansions_;
@@ -108,6 +114,24 @@ SearchEnd Lattice::run(const Query& query)
   return SearchEnd::StartExhausted;
 }
 
+float Lattice::toGoal(const Eigen::Vector3i& at, float from_column) const
+{
+  const auto resolution = static_cast<float>(resolution_);
+  const Eigen::Array3f left = (goal_ - at.cast<float>().array()).abs();
+  const float climb = resolution * left.z();
+  return std::max(resolution * latticeDistance(left.x(), left.y(), left.z()),
+                  std::sqrt(from_column * from_column + climb * climb));
+}
+
+void Lattice::postpone(Entry entry)
+{
+  const Eigen::Vector3i at = coordinates(entry.cell);
+  const float to_go = toGoal(at, columns_->toGoal(columnOf(at)));
+  if (!(entry.cost + to_go <= most_cost_)) return;
+  entry.exact = true;
+  work_.queue.push(entry.cost + greed() * to_go, entry);
+}
+
 bool Lattice::edgeClear(const Entry& entry) const
 {
   const Eigen::Vector3i at = coordinates(entry.cell);
@@ -123,7 +147,7 @@ void Lattice::joinGoal(std::uint32_t from, const Eigen::Vector3d& from_L, const 
     return;
   goal_cost_ = cost;
   goal_parent_ = from;
-  work_.queue.push(cost, {kGoal, cost, 0, true});
+  work_.queue.push(cost, {kGoal, cost, 0, true, true});
 }
 
 void Lattice::expand(std::uint32_t index, const Query& query)
@@ -133,14 +157,15 @@ void Lattice::expand(std::uint32_t index, const Query& query)
   const Eigen::Array3f offset = goal_ - at.cast<float>().array();
   if (offset.abs().maxCoeff() <= 1.001f) joinGoal(index, place(at), query);
 
-  // Of the columns around: computed when first wanted.
-  std::array<float, 9> above;
-  above.fill(-1.0f);
+  // Of the columns around, when first wanted.
+  struct Above
+  {
+    float flat = -1.0f;
+    bool exact = true;
+  };
+  std::array<Above, 9> above;
 
-  const float here_factor = factor(here);
-  const auto most = static_cast<float>(query.most_cost),
-             resolution = static_cast<float>(resolution_);
-  const float greed = this->greed();
+  const float here_factor = factor(here), greed = this->greed();
   for (std::size_t m = 0; m < moves_.size(); ++m)
   {
     const Move& move = moves_[m];
@@ -152,16 +177,11 @@ void Lattice::expand(std::uint32_t index, const Query& query)
     if (!open(there) || (there.walls & query.walls) || (!fresh && (there.flags & Closed))) continue;
     const float cost = here.cost + move.length * 0.5f * (here_factor + factor(there));
     if (!fresh && cost >= there.cost) continue;
-    const Eigen::Array3f left = (offset - move.step.cast<float>().array()).abs();
-    float to_go = resolution * latticeDistance(left.x(), left.y(), left.z());
-    if (bounded_)
-    {
-      float& flat = above[static_cast<std::size_t>(move.column)];
-      if (flat < 0.0f) flat = columns_->toGoal(columnOf(at + move.step));
-      const float climb = resolution * left.z();
-      to_go = std::max(to_go, std::sqrt(flat * flat + climb * climb));
-    }
-    if (cost + to_go > most) continue;
+    Above& column = above[static_cast<std::size_t>(move.column)];
+    if (column.flat < 0.0f)
+      column.flat = bounded_ ? columns_->toGoalAtLeast(columnOf(at + move.step), column.exact) : 0.0f;
+    const float to_go = toGoal(at + move.step, column.flat);
+    if (!(cost + to_go <= most_cost_)) continue;
     const bool sure = std::min(here.distance, there.distance) >= move.sure_distance;
     if (fresh)
     {
@@ -171,7 +191,8 @@ void Lattice::expand(std::uint32_t index, const Query& query)
     }
     // An edge that may prove blocked must not hide the others.
     if (sure) there.cost = cost;
-    work_.queue.push(cost + greed * to_go, {neighbour, cost, static_cast<std::uint8_t>(m), sure});
+    work_.queue.push(cost + greed * to_go,
+                     {neighbour, cost, static_cast<std::uint8_t>(m), sure, column.exact});
   }
 }
 
