@@ -69,6 +69,7 @@ class Lattice
     EdgeCheck edges = EdgeCheck::Euclidean;
     double most_cost = std::numeric_limits<double>::infinity();  ///< dearer paths are not wanted
     Walls walls = 0;
+    int most_expansions = std::numeric_limits<int>::max();
   };
   /// Cost per metre at the best point of a column [1]; infinite if none is open.
   [[nodiscard]] float bestFactor(std::uint32_t column);
@@ -137,7 +138,6 @@ class Lattice
   static Workspace& ofThisThread();
 
   void makeMoves();
-  [[nodiscard]] float greed() const;
   void setEdgeCheck(EdgeCheck edges);
   [[nodiscard]] Eigen::Vector3i coordinates(std::uint32_t cell) const;
   [[nodiscard]] std::uint32_t indexOf(const Eigen::Vector3i& at) const;
@@ -168,7 +168,7 @@ class Lattice
   [[nodiscard]] bool floodUpTo(std::size_t count, Walls walls);
   [[nodiscard]] std::optional<Eigen::Vector3d> nearestOpen(const Eigen::Vector3d& place_L);
   [[nodiscard]] Eigen::Vector3d nearestExpanded(const Eigen::Vector3d& place_L) const;
-  void closeColumn(std::uint32_t column, Walls wall);
+  void closeColumn(std::uint32_t column, Walls wall, const Eigen::Vector3d& goal_L, double most_m);
   [[nodiscard]] bool sees(const Eigen::Vector3d& from_L, const Eigen::Vector3d& to_L,
                           double sight_m);
 
@@ -183,7 +183,7 @@ class Lattice
   Workspace work_;
   std::uint32_t seen_stamp_ = 0, search_stamp_ = 0;
   std::vector<Move> moves_;
-  std::optional<ColumnBound> columns_;  ///< not for boxes so high that it does not pay
+  std::optional<ColumnBound> columns_;  ///< if usable
   int expansions_ = 0;
   // Of the search that is running.
   Eigen::Array3f goal_ = Eigen::Array3f::Zero();  ///< in lattice coordinates

@@ -8,7 +8,9 @@ namespace slalom::search::detail
 {
 namespace
 {
-/// Width of a bucket as a share of the straight distance; greed and this together make 1.05 or 1.2.
+/// The cost found is at most this times the smallest, and one bucket more.
+constexpr float kGreed = 1.045f;
+/// Width of a bucket as a share of the straight distance; with the greed that makes 1.05.
 constexpr float kBucketShare = 0.005f;
 /// The goal's surroundings are looked at when a search has become this long, and again at four
 /// times that.
@@ -45,28 +47,24 @@ void Lattice::begin(const Query& query)
   const Eigen::Array3f offset = goal_.abs();
   const float straight = resolution * latticeDistance(offset.x(), offset.y(), offset.z());
   work_.queue.reset(straight, kBucketShare * std::max(straight, resolution));
-  work_.queue.push(greed() * straight, {start, 0.0f, 0, true, true});
+  work_.queue.push(kGreed * straight, {start, 0.0f, 0, true, true});
 }
 
 SearchEnd Lattice::search(const Query& query)
 {
   begin(query);
-  bounded_ = columns_.has_value();
-  if (bounded_)
+  const Eigen::Array2f goal = goal_.head<2>() - low_.head<2>().cast<float>().array();
+  columns_->begin(search_stamp_, -low_.head<2>().array(), goal, goal_factor_, most_cost_,
+                  query.walls);
+  const ColumnBound::Reach reach = columns_->reach();
+  if (reach != ColumnBound::Reach::Start && query.walls != 0) return SearchEnd::StartExhausted;
+  if (reach == ColumnBound::Reach::GoalClosed)
   {
-    const Eigen::Array2f goal = goal_.head<2>() - low_.head<2>().cast<float>().array();
-    columns_->begin(search_stamp_, -low_.head<2>().array(), goal, goal_factor_,
-                    static_cast<float>(query.most_cost), query.walls);
-    const ColumnBound::Reach reach = columns_->reach();
-    if (reach != ColumnBound::Reach::Start && query.walls != 0) return SearchEnd::StartExhausted;
-    if (reach == ColumnBound::Reach::GoalClosed)
-    {
-      columns_->markPocket();
-      return SearchEnd::GoalExhausted;
-    }
-    // If there is no way, it is still wanted what can be reached.
-    bounded_ = reach == ColumnBound::Reach::Start;
+    columns_->markPocket();
+    return SearchEnd::GoalExhausted;
   }
+  // If there is no way, it is still wanted what can be reached.
+  bounded_ = reach == ColumnBound::Reach::Start;
   const SearchEnd end = run(query);
   // What is behind a wall is not out of reach.
   const bool pocket = end == SearchEnd::GoalExhausted && query.walls == 0;
@@ -82,6 +80,7 @@ SearchEnd Lattice::search(const Query& query)
 SearchEnd Lattice::run(const Query& query)
 {
   int next_flood = expansions_ + kFirstFlood;
+  const int left = std::min(config_.max_expansions - expansions_, query.most_expansions);
   Entry entry;
   while (work_.queue.pop(entry))
   {
@@ -98,7 +97,7 @@ SearchEnd Lattice::run(const Query& query)
       continue;
     }
     if (!entry.sure && !edgeClear(entry)) continue;
-    if (expansions_ >= config_.max_expansions) return SearchEnd::Limit;
+    if (static_cast<int>(work_.expanded.size()) >= left) return SearchEnd::Limit;
     ++expansions_;
     if (cell.stamp != search_stamp_) cell.stamp = search_stamp_;
     cell.cost = entry.cost;
@@ -129,7 +128,7 @@ void Lattice::postpone(Entry entry)
   const float to_go = toGoal(at, columns_->toGoal(columnOf(at)));
   if (!(entry.cost + to_go <= most_cost_)) return;
   entry.exact = true;
-  work_.queue.push(entry.cost + greed() * to_go, entry);
+  work_.queue.push(entry.cost + kGreed * to_go, entry);
 }
 
 bool Lattice::edgeClear(const Entry& entry) const
@@ -165,7 +164,7 @@ void Lattice::expand(std::uint32_t index, const Query& query)
   };
   std::array<Above, 9> above;
 
-  const float here_factor = factor(here), greed = this->greed();
+  const float here_factor = factor(here);
   for (std::size_t m = 0; m < moves_.size(); ++m)
   {
     const Move& move = moves_[m];
@@ -179,7 +178,8 @@ void Lattice::expand(std::uint32_t index, const Query& query)
     if (!fresh && cost >= there.cost) continue;
     Above& column = above[static_cast<std::size_t>(move.column)];
     if (column.flat < 0.0f)
-      column.flat = bounded_ ? columns_->toGoalAtLeast(columnOf(at + move.step), column.exact) : 0.0f;
+      column.flat =
+          bounded_ ? columns_->toGoalAtLeast(columnOf(at + move.step), column.exact) : 0.0f;
     const float to_go = toGoal(at + move.step, column.flat);
     if (!(cost + to_go <= most_cost_)) continue;
     const bool sure = std::min(here.distance, there.distance) >= move.sure_distance;
@@ -191,7 +191,7 @@ void Lattice::expand(std::uint32_t index, const Query& query)
     }
     // An edge that may prove blocked must not hide the others.
     if (sure) there.cost = cost;
-    work_.queue.push(cost + greed * to_go,
+    work_.queue.push(cost + kGreed * to_go,
                      {neighbour, cost, static_cast<std::uint8_t>(m), sure, column.exact});
   }
 }
