@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace slalom::search::detail
@@ -41,6 +42,12 @@ class BucketQueue
   }
   /// True if all that is left is in later buckets than this priority.
   [[nodiscard]] bool before(float priority) { return !toFront() || bucketOf(priority) < front_; }
+  /// No priority that is left is below this; infinite if none is left.
+  [[nodiscard]] float lowest()
+  {
+    return toFront() ? lowest_ + static_cast<float>(front_) / per_unit_
+                     : std::numeric_limits<float>::infinity();
+  }
 
  private:
   static constexpr std::uint32_t kNone = 0xffffffff;

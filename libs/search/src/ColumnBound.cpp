@@ -126,6 +126,15 @@ float ColumnBound::toGoal(std::uint32_t index)
   return column.cost;
 }
 
+float ColumnBound::toGoalAtLeast(std::uint32_t index, bool& exact)
+{
+  const Column& column = memory_.columns[index];
+  const bool known = column.seen == seen_ && column.stamp == stamp_;
+  exact = known && settled(column, index);
+  // The ways that the search has still to follow are not shorter than its next.
+  return exact ? column.cost : std::max(0.0f, memory_.queue.lowest() - toStart(index));
+}
+
 ColumnBound::Reach ColumnBound::reach()
 {
   const Column& column = look(start_);

@@ -49,6 +49,8 @@ class ColumnBound
              float goal_factor, float most_cost, Walls walls);
   /// Infinite if there is no way.
   [[nodiscard]] float toGoal(std::uint32_t column);
+  /// What is known of that without more work: not more than it. `exact` tells whether it is all.
+  [[nodiscard]] float toGoalAtLeast(std::uint32_t column, bool& exact);
   enum class Reach
   {
     Start,       ///< as far as this plane can tell

@@ -73,7 +73,8 @@ class Alternatives
         goal_L_(goal_L),
         config_(config),
         most_cost_(config.max_detour * first.cost_m),
-        wanted_(wanted)
+        wanted_(wanted),
+        expansions_left_(config.max_alternative_expansions)
   {
     kept_.push_back({first, 0});
     // What an alternative leads to is dearer than itself: the last that is wanted is not tried.
@@ -118,7 +119,8 @@ class Alternatives
       const int wall = walls_made_++;
       lattice->addWall(wall, neck.at_L, neck.direction, sight, goal_L_, most);
       const auto all = static_cast<Walls>(path.walls | (1u << wall));
-      SearchResult found = finder_.around(all, most);
+      SearchResult found = finder_.around(all, most, expansions_left_);
+      expansions_left_ -= found.expansions;
       if (found.status == SearchStatus::Found && found.cost_m <= most_cost_)
         keep({std::move(found), all});
     }
@@ -147,7 +149,7 @@ class Alternatives
   const GridSearchConfig& config_;
   double most_cost_;
   std::size_t wanted_;
-  int walls_made_ = 0;
+  int walls_made_ = 0, expansions_left_;
   std::vector<Candidate> kept_;
 };
 }  // namespace

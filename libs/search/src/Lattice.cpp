@@ -11,12 +11,6 @@ namespace
 constexpr double kMostCells = 67108864.0;
 /// A thread keeps its memory between searches up to this many cells (16 bytes each).
 constexpr std::size_t kMostKept = std::size_t{1} << 22;
-/// Greed of the search, without the width of a bucket: the cost found is at most this times the
-/// smallest. Without columns to lead it, and where preference makes the cost a matter of taste, a
-/// greedier search sees far fewer points.
-constexpr float kGreed = 1.045f, kGreedForPreference = 1.195f;
-/// Boxes of more layers than this are seldom passed upright.
-constexpr int kMostLayers = 24;
 }  // namespace
 
 Lattice::Workspace& Lattice::ofThisThread()
@@ -54,18 +48,12 @@ Lattice::Lattice(const core::DistanceField& field, const Eigen::Vector3d& start_
   }
   seen_stamp_ = ++work_.stamp;
   makeMoves();
-  if (size_.z() - 2 <= kMostLayers)
-    columns_.emplace(*this, work_.columns, size_, static_cast<float>(resolution_), seen_stamp_);
+  columns_.emplace(*this, work_.columns, size_, static_cast<float>(resolution_), seen_stamp_);
 }
 
 Lattice::~Lattice()
 {
   if (usable_ && work_.cells.size() <= kMostKept) std::swap(work_, ofThisThread());
-}
-
-float Lattice::greed() const
-{
-  return columns_ || config_.proximity_weight == 0.0 ? kGreed : kGreedForPreference;
 }
 
 void Lattice::makeMoves()

@@ -69,6 +69,7 @@ class Lattice
     EdgeCheck edges = EdgeCheck::Euclidean;
     double most_cost = std::numeric_limits<double>::infinity();  ///< dearer paths are not wanted
     Walls walls = 0;
+    int most_expansions = std::numeric_limits<int>::max();
   };
   /// Cost per metre at the best point of a column [1]; infinite if none is open.
   [[nodiscard]] float bestFactor(std::uint32_t column);
@@ -115,7 +116,8 @@ class Lattice
     std::uint32_t cell;
     float cost;
     std::uint8_t move;
-    bool sure;  ///< that the edge is clear
+    bool sure;   ///< that the edge is clear
+    bool exact;  ///< its priority, not a bound of that
   };
   struct Move
   {
@@ -136,7 +138,6 @@ class Lattice
   static Workspace& ofThisThread();
 
   void makeMoves();
-  [[nodiscard]] float greed() const;
   void setEdgeCheck(EdgeCheck edges);
   [[nodiscard]] Eigen::Vector3i coordinates(std::uint32_t cell) const;
   [[nodiscard]] std::uint32_t indexOf(const Eigen::Vector3i& at) const;
@@ -156,6 +157,10 @@ class Lattice
   }
   void begin(const Query& query);
   SearchEnd run(const Query& query);
+  /// Least cost from a point to the goal, given that from its column.
+  [[nodiscard]] float toGoal(const Eigen::Vector3i& at, float from_column) const;
+  /// Puts an entry back behind those that are better, now that its priority is known.
+  void postpone(Entry entry);
   [[nodiscard]] bool edgeClear(const Entry& entry) const;
   void expand(std::uint32_t cell, const Query& query);
   void joinGoal(std::uint32_t from, const Eigen::Vector3d& from_L, const Query& query);
@@ -163,7 +168,7 @@ class Lattice
   [[nodiscard]] bool floodUpTo(std::size_t count, Walls walls);
   [[nodiscard]] std::optional<Eigen::Vector3d> nearestOpen(const Eigen::Vector3d& place_L);
   [[nodiscard]] Eigen::Vector3d nearestExpanded(const Eigen::Vector3d& place_L) const;
-  void closeColumn(std::uint32_t column, Walls wall);
+  void closeColumn(std::uint32_t column, Walls wall, const Eigen::Vector3d& goal_L, double most_m);
   [[nodiscard]] bool sees(const Eigen::Vector3d& from_L, const Eigen::Vector3d& to_L,
                           double sight_m);
 
@@ -178,12 +183,12 @@ class Lattice
   Workspace work_;
   std::uint32_t seen_stamp_ = 0, search_stamp_ = 0;
   std::vector<Move> moves_;
-  std::optional<ColumnBound> columns_;  ///< not for boxes so high that it does not pay
+  std::optional<ColumnBound> columns_;  ///< if usable
   int expansions_ = 0;
   // Of the search that is running.
   Eigen::Array3f goal_ = Eigen::Array3f::Zero();  ///< in lattice coordinates
   bool bounded_ = false;                          ///< by the columns
-  float goal_cost_ = 0.0f, goal_factor_ = 1.0f;
+  float most_cost_ = 0.0f, goal_cost_ = 0.0f, goal_factor_ = 1.0f;
   std::uint32_t goal_parent_ = 0;
   Eigen::Vector3d goal_L_ = Eigen::Vector3d::Zero();
   std::size_t flood_next_ = 0;

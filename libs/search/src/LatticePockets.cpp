@@ -104,7 +104,7 @@ std::optional<Eigen::Vector3d> Lattice::nearestOpen(const Eigen::Vector3d& place
           if (!inside(at)) continue;
           const Eigen::Vector3d p = place(at);
           const double d = (p - place_L).norm();
-          if (d >= best || (columns_ && columns_->inPocket(columnOf(at)))) continue;
+          if (d >= best || columns_->inPocket(columnOf(at))) continue;
           const Cell& cell = look(indexOf(at), at);
           if (!open(cell) || (cell.flags & Pocket)) continue;
           best = d;

@@ -8,7 +8,9 @@ namespace slalom::search::detail
 {
 namespace
 {
-/// Width of a bucket as a share of the straight distance; greed and this together make 1.05 or 1.2.
+/// The cost found is at most this times the smallest, and one bucket more.
+constexpr float kGreed = 1.045f;
+/// Width of a bucket as a share of the straight distance; with the greed that makes 1.05.
 constexpr float kBucketShare = 0.005f;
 /// The goal's surroundings are looked at when a search has become this long, and again at four
 /// times that.
@@ -33,6 +35,7 @@ void Lattice::begin(const Query& query)
   goal_L_ = query.goal_L;
   goal_ = ((query.goal_L - start_L_) / resolution_).cast<float>().array();
   goal_cost_ = std::numeric_limits<float>::infinity();
+  most_cost_ = static_cast<float>(query.most_cost);
   const auto at_goal = field_.distance(query.goal_L, core::UnknownAs::Free);
   goal_factor_ = static_cast<float>(costPerMetre(at_goal.value_or(0.0), config_));
   flood_state_ = Flood::NotBegun;
@@ -44,28 +47,24 @@ void Lattice::begin(const Query& query)
   const Eigen::Array3f offset = goal_.abs();
   const float straight = resolution * latticeDistance(offset.x(), offset.y(), offset.z());
   work_.queue.reset(straight, kBucketShare * std::max(straight, resolution));
-  work_.queue.push(greed() * straight, {start, 0.0f, 0, true});
+  work_.queue.push(kGreed * straight, {start, 0.0f, 0, true, true});
 }
 
 SearchEnd Lattice::search(const Query& query)
 {
   begin(query);
-  bounded_ = columns_.has_value();
-  if (bounded_)
+  const Eigen::Array2f goal = goal_.head<2>() - low_.head<2>().cast<float>().array();
+  columns_->begin(search_stamp_, -low_.head<2>().array(), goal, goal_factor_, most_cost_,
+                  query.walls);
+  const ColumnBound::Reach reach = columns_->reach();
+  if (reach != ColumnBound::Reach::Start && query.walls != 0) return SearchEnd::StartExhausted;
+  if (reach == ColumnBound::Reach::GoalClosed)
   {
-    const Eigen::Array2f goal = goal_.head<2>() - low_.head<2>().cast<float>().array();
-    columns_->begin(search_stamp_, -low_.head<2>().array(), goal, goal_factor_,
-                    static_cast<float>(query.most_cost), query.walls);
-    const ColumnBound::Reach reach = columns_->reach();
-    if (reach != ColumnBound::Reach::Start && query.walls != 0) return SearchEnd::StartExhausted;
-    if (reach == ColumnBound::Reach::GoalClosed)
-    {
-      columns_->markPocket();
-      return SearchEnd::GoalExhausted;
-    }
-    // If there is no way, it is still wanted what can be reached.
-    bounded_ = reach == ColumnBound::Reach::Start;
+    columns_->markPocket();
+    return SearchEnd::GoalExhausted;
   }
+  // If there is no way, it is still wanted what can be reached.
+  bounded_ = reach == ColumnBound::Reach::Start;
   const SearchEnd end = run(query);
   // What is behind a wall is not out of reach.
   const bool pocket = end == SearchEnd::GoalExhausted && query.walls == 0;
@@ -81,6 +80,7 @@ SearchEnd Lattice::search(const Query& query)
 SearchEnd Lattice::run(const Query& query)
 {
   int next_flood = expansions_ + kFirstFlood;
+  const int left = std::min(config_.max_expansions - expansions_, query.most_expansions);
   Entry entry;
   while (work_.queue.pop(entry))
   {
@@ -91,8 +91,13 @@ SearchEnd Lattice::run(const Query& query)
     }
     Cell& cell = work_.cells[entry.cell];
     if (cell.stamp == search_stamp_ && ((cell.flags & Closed) || entry.cost > cell.cost)) continue;
+    if (!entry.exact)
+    {
+      postpone(entry);
+      continue;
+    }
     if (!entry.sure && !edgeClear(entry)) continue;
-    if (expansions_ >= config_.max_expansions) return SearchEnd::Limit;
+    if (static_cast<int>(work_.expanded.size()) >= left) return SearchEnd::Limit;
     ++expansions_;
     if (cell.stamp != search_stamp_) cell.stamp = search_stamp_;
     cell.cost = entry.cost;
@@ -106,6 +111,24 @@ SearchEnd Lattice::run(const Query& query)
     if (floodUpTo(work_.expanded.size(), query.walls)) return SearchEnd::GoalExhausted;
   }
   return SearchEnd::StartExhausted;
+}
+
+float Lattice::toGoal(const Eigen::Vector3i& at, float from_column) const
+{
+  const auto resolution = static_cast<float>(resolution_);
+  const Eigen::Array3f left = (goal_ - at.cast<float>().array()).abs();
+  const float climb = resolution * left.z();
+  return std::max(resolution * latticeDistance(left.x(), left.y(), left.z()),
+                  std::sqrt(from_column * from_column + climb * climb));
+}
+
+void Lattice::postpone(Entry entry)
+{
+  const Eigen::Vector3i at = coordinates(entry.cell);
+  const float to_go = toGoal(at, columns_->toGoal(columnOf(at)));
+  if (!(entry.cost + to_go <= most_cost_)) return;
+  entry.exact = true;
+  work_.queue.push(entry.cost + kGreed * to_go, entry);
 }
 
 bool Lattice::edgeClear(const Entry& entry) const
@@ -123,7 +146,7 @@ void Lattice::joinGoal(std::uint32_t from, const Eigen::Vector3d& from_L, const 
     return;
   goal_cost_ = cost;
   goal_parent_ = from;
-  work_.queue.push(cost, {kGoal, cost, 0, true});
+  work_.queue.push(cost, {kGoal, cost, 0, true, true});
 }
 
 void Lattice::expand(std::uint32_t index, const Query& query)
@@ -133,14 +156,15 @@ void Lattice::expand(std::uint32_t index, const Query& query)
   const Eigen::Array3f offset = goal_ - at.cast<float>().array();
   if (offset.abs().maxCoeff() <= 1.001f) joinGoal(index, place(at), query);
 
-  // Of the columns around: computed when first wanted.
-  std::array<float, 9> above;
-  above.fill(-1.0f);
+  // Of the columns around, when first wanted.
+  struct Above
+  {
+    float flat = -1.0f;
+    bool exact = true;
+  };
+  std::array<Above, 9> above;
 
   const float here_factor = factor(here);
-  const auto most = static_cast<float>(query.most_cost),
-             resolution = static_cast<float>(resolution_);
-  const float greed = this->greed();
   for (std::size_t m = 0; m < moves_.size(); ++m)
   {
     const Move& move = moves_[m];
@@ -152,16 +176,12 @@ void Lattice::expand(std::uint32_t index, const Query& query)
     if (!open(there) || (there.walls & query.walls) || (!fresh && (there.flags & Closed))) continue;
     const float cost = here.cost + move.length * 0.5f * (here_factor + factor(there));
     if (!fresh && cost >= there.cost) continue;
-    const Eigen::Array3f left = (offset - move.step.cast<float>().array()).abs();
-    float to_go = resolution * latticeDistance(left.x(), left.y(), left.z());
-    if (bounded_)
-    {
-      float& flat = above[static_cast<std::size_t>(move.column)];
-      if (flat < 0.0f) flat = columns_->toGoal(columnOf(at + move.step));
-      const float climb = resolution * left.z();
-      to_go = std::max(to_go, std::sqrt(flat * flat + climb * climb));
-    }
-    if (cost + to_go > most) continue;
+    Above& column = above[static_cast<std::size_t>(move.column)];
+    if (column.flat < 0.0f)
+      column.flat =
+          bounded_ ? columns_->toGoalAtLeast(columnOf(at + move.step), column.exact) : 0.0f;
+    const float to_go = toGoal(at + move.step, column.flat);
+    if (!(cost + to_go <= most_cost_)) continue;
     const bool sure = std::min(here.distance, there.distance) >= move.sure_distance;
     if (fresh)
     {
@@ -171,7 +191,8 @@ void Lattice::expand(std::uint32_t index, const Query& query)
     }
     // An edge that may prove blocked must not hide the others.
     if (sure) there.cost = cost;
-    work_.queue.push(cost + greed * to_go, {neighbour, cost, static_cast<std::uint8_t>(m), sure});
+    work_.queue.push(cost + kGreed * to_go,
+                     {neighbour, cost, static_cast<std::uint8_t>(m), sure, column.exact});
   }
 }
 

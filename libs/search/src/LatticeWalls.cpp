@@ -43,20 +43,23 @@ void Lattice::addWall(int wall, const Eigen::Vector3d& at_L, const Eigen::Vector
   for (const std::uint32_t index : seen)
   {
     work_.cells[index].flags &= static_cast<std::uint8_t>(~Flooded);
-    if (columns_ && (work_.cells[index].walls & bit))
-      closeColumn(columnOf(coordinates(index)), bit);
+    if (work_.cells[index].walls & bit)
+      closeColumn(columnOf(coordinates(index)), bit, goal_L, most_m);
   }
   seen.clear();
 }
 
-/// For the bound, if the wall leaves no point of the column open.
-void Lattice::closeColumn(std::uint32_t column, Walls wall)
+/// For the bound, if the wall leaves no point of the column open that is not too far away.
+void Lattice::closeColumn(std::uint32_t column, Walls wall, const Eigen::Vector3d& goal_L,
+                          double most_m)
 {
   if (columns_->isClosed(column, wall)) return;
   Eigen::Vector3i at = coordinates(column);
   for (int layer = 1; layer < size_.z() - 1; ++layer)
   {
     ++at.z();
+    const Eigen::Vector3d p = place(at);
+    if ((p - start_L_).norm() + (p - goal_L).norm() > most_m) continue;
     const Cell& cell = look(indexOf(at), at);
     if (open(cell) && !(cell.walls & wall)) return;
   }

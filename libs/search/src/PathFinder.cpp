@@ -114,7 +114,7 @@ SearchResult PathFinder::first()
   return result;
 }
 
-SearchResult PathFinder::around(Walls walls, double most_cost)
+SearchResult PathFinder::around(Walls walls, double most_cost, int most_expansions)
 {
   SearchResult result;
   result.nearest_L = start_L_;
@@ -123,6 +123,7 @@ SearchResult PathFinder::around(Walls walls, double most_cost)
   query.goal_L = goal_L_;
   query.walls = walls;
   query.most_cost = most_cost;
+  query.most_expansions = most_expansions;
   searchOn(*lattice_, query, result);
   return result;
 }

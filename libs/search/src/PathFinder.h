@@ -21,7 +21,7 @@ class PathFinder
   [[nodiscard]] SearchResult first();
   /// Shortcut path that crosses none of the walls and costs no more than `most_cost` before it was
   /// shortcut.
-  [[nodiscard]] SearchResult around(Walls walls, double most_cost);
+  [[nodiscard]] SearchResult around(Walls walls, double most_cost, int most_expansions);
   /// The points that are searched; nullptr if they are too many.
   [[nodiscard]] Lattice* lattice();
 
