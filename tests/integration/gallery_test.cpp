@@ -287,7 +287,7 @@ INSTANTIATE_TEST_SUITE_P(Gallery, RealPlot,
                                               "forests/forest_gen/forest0.bt",
                                               {-1.723, -4.168, 1.0},
                                               {3.231, 0.271, 1.0}}),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& one) { return std::string(one.param.name); });
 
 }  // namespace
 }  // namespace slalom

@@ -124,7 +124,7 @@ void bridge(const detail::GridShape& shape, int reach, const std::uint8_t* from,
   {
     const int below = std::max(0, z - reach), above = std::min(shape.size.z() - 1, z + reach);
     for (int y = 0; y < shape.size.y(); ++y)
-      for (std::size_t x = 0; x < shape.pitch(); x += sizeof(Eight))
+      for (int x = 0; x < shape.pitch(); x += static_cast<int>(sizeof(Eight)))
       {
         Eight free = 0;
         for (const int step : {-1, 1})
