@@ -14,7 +14,7 @@ struct HorizonReference
   Eigen::Matrix4Xd states;  ///< 4x(N+1): position [m], yaw [rad, continuous]
   Eigen::Matrix4Xd inputs;  ///< 4xN: velocity [m/s], yaw rate [rad/s]
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  ///< of stage 0 [m/s^2]
-  double heading = 0.0;     ///< [rad] of stage 0, to be held when the reference rests
+  double heading = 0.0;  ///< [rad] of stage 0, to be held when the reference rests
 };
 
 /** Samples the reference as its time law runs from `progress` on.

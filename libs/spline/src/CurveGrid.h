@@ -22,7 +22,6 @@ struct CurveGrid
  * by parts of the interval.
  *  @param from,to in the domain, from < to */
 [[nodiscard]] CurveGrid makeGrid(const UniformBSpline& curve, double from, double to,
-                                 const MotionLimits& limits,
-                                 std::span<const double> span_speeds);
+                                 const MotionLimits& limits, std::span<const double> span_speeds);
 
 }  // namespace slalom::spline::detail

@@ -40,9 +40,8 @@ TimeLaw::TimeLaw(const UniformBSpline& curve, double from, double to, double sta
                  const MotionLimits& limits, std::span<const double> span_speeds)
 {
   check(from, to, start_pace, limits);
-  if (!span_speeds.empty() &&
-      (static_cast<Eigen::Index>(span_speeds.size()) != curve.spans() ||
-       !std::ranges::all_of(span_speeds, [](double v) { return v > 0.0; })))
+  if (!span_speeds.empty() && (static_cast<Eigen::Index>(span_speeds.size()) != curve.spans() ||
+                               !std::ranges::all_of(span_speeds, [](double v) { return v > 0.0; })))
     throw std::invalid_argument("TimeLaw: span speeds must be positive, one for each span");
   from = std::clamp(from, curve.start(), curve.end());
   to = std::clamp(to, from, curve.end());

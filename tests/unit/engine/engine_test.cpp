@@ -32,7 +32,8 @@ TEST(ReferenceClock, RunsWithTimeWhenTheVehicleKeepsUp)
   const spline::UniformBSpline r = straight();
   ReferenceClock clock(0.6);
   clock.restart(0.0);
-  for (int k = 0; k < 100; ++k) clock.advance(0.05, r, law(r, r.end()), r.position(clock.progress()));
+  for (int k = 0; k < 100; ++k)
+    clock.advance(0.05, r, law(r, r.end()), r.position(clock.progress()));
   EXPECT_NEAR(clock.progress(), 5.0, 1e-6);
 }
 

@@ -82,7 +82,7 @@ struct CycleRecord
   SolveReport nmpc;
   VelocityCommand command;
   bool verified_stop = true;  ///< at rest, or on a plan that can rest where it ends
-  std::string status;    ///< engine state, e.g. NAVIGATING, GOAL_REACHED
+  std::string status;         ///< engine state, e.g. NAVIGATING, GOAL_REACHED
   std::string fallback;  ///< empty, or the rung of the fallback ladder that produced the command
   std::string reason;    ///< one line: why this command
   CycleTiming timing;

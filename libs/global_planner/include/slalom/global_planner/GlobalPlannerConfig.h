@@ -50,11 +50,11 @@ struct GlobalPlannerConfig
       0.2;  ///< [s] ... and more by what is left per this: tracking error over speed
   UnknownPolicy unknown = UnknownPolicy::Avoid;
   GoalPolicy goal_policy = GoalPolicy::Approach;
-  double goal_radius_m = 1.0;  ///< [m] GoalPolicy::NearestFree
+  double goal_radius_m = 1.0;                             ///< [m] GoalPolicy::NearestFree
   optim::BoxMethod optimizer = optim::BoxMethod::Newton;  ///< of J
-  int max_evaluations = 150;  ///< [1] evaluations of J per attempt
-  int max_attempts = 3;       ///< [1] restarts with a stronger lambda_obs
-  int threads = 1;            ///< [1] for the parallel decomposition
+  int max_evaluations = 150;                              ///< [1] evaluations of J per attempt
+  int max_attempts = 3;  ///< [1] restarts with a stronger lambda_obs
+  int threads = 1;       ///< [1] for the parallel decomposition
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
@@ -116,8 +116,8 @@ struct GlobalPlannerConfig
       Level::Expert);
     v("max_evaluations", c.max_evaluations, Range{1, 10000}, "cost evaluations of J per attempt",
       Level::Expert);
-    v("max_attempts", c.max_attempts, Range{1, 10}, "attempts with four times the obstacle weight each",
-      Level::Expert);
+    v("max_attempts", c.max_attempts, Range{1, 10},
+      "attempts with four times the obstacle weight each", Level::Expert);
     v("threads", c.threads, Range{1, 64}, "threads of the convex decomposition", Level::Expert);
   }
 };

@@ -66,8 +66,8 @@ class RefinementCost final : public optim::LimitedCost
     Eigen::VectorXd fit_weight;  ///< N, 0 where R itself is occupied
     Eigen::Index first_free = 0, last_free = 0;
     double knot_span = 0.2;  ///< [s]
-    Eigen::Matrix3Xd bend;  ///< 3x(N-2) second differences that cost nothing: those of R where the
-                            ///< plan is to be R; empty = none
+    Eigen::Matrix3Xd bend;   ///< 3x(N-2) second differences that cost nothing: those of R where the
+                             ///< plan is to be R; empty = none
     std::vector<Push> pushes;
     double obstacle_gain = 1.0;  ///< multiplies lambda_obs; larger in later attempts
     HingeTail tail = HingeTail::Quadratic;

@@ -8,8 +8,8 @@ namespace slalom::local_planner
 /// The NMPC [Paper Eq. (9)]. INI section [local_planner].
 struct LocalPlannerConfig
 {
-  int horizon = 15;               ///< [1] N_p, stages
-  double step_s = 0.1;            ///< [s] delta_tc
+  int horizon = 15;     ///< [1] N_p, stages
+  double step_s = 0.1;  ///< [s] delta_tc
   /// The vehicle's velocity follows the command like exp(-t / this); 0 = at once, as in the paper.
   double velocity_lag_s = 0.2;
   double weight_position = 10.0;  ///< Q, position

@@ -17,8 +17,8 @@ struct MapperConfig
   double hit = 0.7, miss = 0.45;  ///< [1] sensor model, probabilities
   double clamp_min = 0.12, clamp_max = 0.97;  ///< [1] log-odds clamps, as probabilities
   double occupied_threshold = 0.5;  ///< [1] probability at and above which a cell is an obstacle
-  double forget_s = 0.0;         ///< [s] cells unseen for this long return to unknown; 0 keeps them
-  double start_ball_m = 2.0;     ///< [m] ball around the first pose assumed free where unknown
+  double forget_s = 0.0;      ///< [s] cells unseen for this long return to unknown; 0 keeps them
+  double start_ball_m = 2.0;  ///< [m] ball around the first pose assumed free where unknown
   double bridge_m = 0.2;  ///< [m] unknown space this near above or below space seen free counts as
                           ///< free: a lidar of few rings leaves gaps, and sees little near itself
   bool keep_octree = true;       ///< write changed cells to the OctoMap of record
