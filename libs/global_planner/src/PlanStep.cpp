@@ -356,64 +356,63 @@ GlobalPlannerOutput PlanStep::keep(Attempt failed, RefineOutcome outcome)
           std::move(record)};
 }
 
+/// The plan in force, led on; or a fresh one straight back to R, where that is better or all there
+/// is.
+PlanStep::Attempt PlanStep::leadOn() const
+{
+  const bool ends = restart_ || endsHere();
+  Attempt plan = ends ? Attempt::none("starts anew", begin()) : followPlan();
+  if (plan.best && !isChallenged(*plan.best)) return plan;
+  Attempt fresh = returnToReference(plan.best ? plan.best->draft : begin());
+  const bool better = fresh.best && (!plan.best || plan.best->draft.end != PlanEnd::OnReference ||
+                                     fresh.best->travel_cost < kKeep * plan.best->travel_cost);
+  if (!better && !ends) return plan;
+  fresh.reason = (restart_ ? "from here: " : "back to R: ") + fresh.reason;
+  return fresh;
+}
+
+/// Where the goal is blocked, or nothing leads back to R: as near as it can be.
+void PlanStep::comeNear(Attempt& plan)
+{
+  const bool goal_blocked = context_.window.goal_blocked;
+  const bool cut_off = context_.window.to >= r_.end() && !plan.best && plan.unreachable;
+  if (cut_off) goal_.state = GoalState::Unreachable;
+  holds_ = goal_blocked || cut_off;
+  const bool holds_already = plan.best && plan.best->draft.end == PlanEnd::NearGoal;
+  if (holds_already && !goal_blocked) goal_.state = GoalState::Unreachable;
+  holds_ = holds_ || holds_already;
+  if (holds_already || !(goal_blocked || (!plan.best && plan.blocked))) return;
+
+  if (plan.best) plan.draft = plan.best->draft;
+  Attempt nearer = approach(plan, holds_ ? PlanEnd::NearGoal : PlanEnd::NearReference);
+  if (!nearer.best) return;
+  plan = std::move(nearer);
+  plan.reason = "as near as it can be: " + plan.reason;
+}
+
 GlobalPlannerOutput PlanStep::run()
 {
   if (config_.goal_policy == GoalPolicy::Reject && goal_.state == GoalState::Occupied)
     return keep(Attempt::none("goal occupied: rejected", {}), RefineOutcome::GoalBlocked);
-
-  const bool brakes = endsHere();
-  Attempt plan = restart_ || brakes ? Attempt::none("starts anew", begin()) : followPlan();
-  if (!plan.best || isChallenged(*plan.best))
+  Attempt plan = leadOn();
+  comeNear(plan);
+  if (!plan.best)
   {
-    Attempt fresh = returnToReference(plan.best ? plan.best->draft : begin());
-    const bool better = fresh.best && (!plan.best || plan.best->draft.end != PlanEnd::OnReference ||
-                                       fresh.best->travel_cost < kKeep * plan.best->travel_cost);
-    if (better || restart_ || brakes)
-    {
-      plan = std::move(fresh);
-      plan.reason = (restart_ ? "from here: " : "back to R: ") + plan.reason;
-    }
+    const RefineOutcome outcome = holds_         ? RefineOutcome::GoalBlocked
+                                  : plan.blocked ? RefineOutcome::GuideFailed
+                                                 : RefineOutcome::StillOccupied;
+    return keep(std::move(plan), outcome);
   }
-
-  const bool at_end = context_.window.to >= r_.end();
-  const bool cut_off = at_end && !plan.best && plan.unreachable;
-  if (cut_off) goal_.state = GoalState::Unreachable;
-  if (context_.window.goal_blocked || (!plan.best && plan.blocked))
-  {
-    const bool at_goal = context_.window.goal_blocked || cut_off;
-    const bool holds_already = plan.best && plan.best->draft.end == PlanEnd::NearGoal;
-    if (plan.best) plan.draft = plan.best->draft;
-    Attempt nearer = holds_already
-                         ? Attempt{}
-                         : approach(plan, at_goal ? PlanEnd::NearGoal : PlanEnd::NearReference);
-    if (nearer.best)
-    {
-      plan = std::move(nearer);
-      plan.reason = "as near as it can be: " + plan.reason;
-    }
-  }
-
-  const bool blocked = context_.window.goal_blocked || cut_off ||
-                       (plan.best && plan.best->draft.end == PlanEnd::NearGoal);
-  if (plan.best)
-  {
-    if (plan.best->draft.end == PlanEnd::NearGoal && !context_.window.goal_blocked)
-      goal_.state = GoalState::Unreachable;
-    GlobalPlannerOutput committed = commit(plan, blocked                ? RefineOutcome::GoalBlocked
-                                                 : plan.best->recovered ? RefineOutcome::Recovered
-                                                 : plan.led_around      ? RefineOutcome::Refined
-                                                                        : RefineOutcome::Clear);
-    const double excess = committed.refined->law.excess();
-    if (excess <= kHarder || !previous_ || restart_) return committed;
-    // Nothing is gained by a plan that cannot be stopped in time if the present one can.
-    plan.reason = "cannot stop in time: " + plan.reason;
-    GlobalPlannerOutput kept = keep(std::move(plan), RefineOutcome::StillOccupied);
-    return kept.refined->law.excess() < excess ? kept : committed;
-  }
-  const bool no_way = plan.blocked.has_value();
-  return keep(std::move(plan), blocked  ? RefineOutcome::GoalBlocked
-                               : no_way ? RefineOutcome::GuideFailed
-                                        : RefineOutcome::StillOccupied);
+  GlobalPlannerOutput committed = commit(plan, holds_                 ? RefineOutcome::GoalBlocked
+                                               : plan.best->recovered ? RefineOutcome::Recovered
+                                               : plan.led_around      ? RefineOutcome::Refined
+                                                                      : RefineOutcome::Clear);
+  const double excess = committed.refined->law.excess();
+  if (excess <= kHarder || !previous_ || restart_) return committed;
+  // Nothing is gained by a plan that cannot be stopped in time if the present one can.
+  plan.reason = "cannot stop in time: " + plan.reason;
+  GlobalPlannerOutput kept = keep(std::move(plan), RefineOutcome::StillOccupied);
+  return kept.refined->law.excess() < excess ? kept : committed;
 }
 
 }  // namespace slalom::global_planner

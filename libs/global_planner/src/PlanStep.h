@@ -54,6 +54,8 @@ class PlanStep
   [[nodiscard]] Attempt followPlan() const;
   [[nodiscard]] Attempt returnToReference(const Draft& from) const;
   [[nodiscard]] Attempt approach(const Attempt& failed, PlanEnd end) const;
+  [[nodiscard]] Attempt leadOn() const;
+  void comeNear(Attempt& plan);
   void classifyGoal();
   [[nodiscard]] GoalReport goalFrom(const RefinedReference& plan) const;
   [[nodiscard]] GlobalPlannerOutput commit(const Attempt& attempt, RefineOutcome outcome);
@@ -71,6 +73,7 @@ class PlanStep
   const RefinedReference* previous_;
   double rho_;  // parameter of R that the vehicle is at
   bool restart_ = false;
+  bool holds_ = false;  // the goal is blocked: the plan ends as near to it as it can be
   StepContext context_;
   GoalReport goal_;
 };
