@@ -47,7 +47,7 @@ struct GlobalPlannerConfig
   double margin_m = 0.05;  ///< [m] plans are proved to keep the vehicle's radius and this
   double tight_speed_mps = 0.4;  ///< [m/s] speed allowed where nothing is left to the sides ...
   double reaction_s =
-      0.2;  ///< [s] ... and more by what is left per this: tracking error over speed
+      0.3;  ///< [s] ... and more by what is left per this: tracking error over speed
   UnknownPolicy unknown = UnknownPolicy::Avoid;
   GoalPolicy goal_policy = GoalPolicy::Approach;
   double goal_radius_m = 1.0;                             ///< [m] GoalPolicy::NearestFree
