@@ -19,7 +19,7 @@ target_compile_options(slalom_warnings INTERFACE
 
 # The house: a library may link only libraries of a lower layer (docs/architecture.md).
 set(SLALOM_LAYER_core 0)
-foreach(library spline optim geometry mapping estimation mrpt_io)
+foreach(library spline optim geometry mapping estimation tracking safety mrpt_io)
   set(SLALOM_LAYER_${library} 1)
 endforeach()
 set(SLALOM_LAYER_search 2)

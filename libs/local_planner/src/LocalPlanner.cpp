@@ -182,7 +182,7 @@ Eigen::Vector4d LocalPlanner::Impl::startOf(const core::VehicleState& state,
                                             const HorizonReference& reference) const
 {
   Eigen::Vector4d start;
-  start << state.p_L + config.velocity_lag_s * (state.v_W - reference.inputs.col(0).head<3>()),
+  start << state.p_L + vehicle.velocity_lag_s * (state.v_W - reference.inputs.col(0).head<3>()),
       state.yaw();
   return start;
 }
@@ -191,7 +191,7 @@ Eigen::Vector4d LocalPlanner::Impl::startOf(const core::VehicleState& state,
 Eigen::Vector4d LocalPlanner::Impl::lead(const HorizonReference& reference) const
 {
   Eigen::Vector4d ahead = Eigen::Vector4d::Zero();
-  ahead.head<3>() = config.velocity_lag_s * reference.acceleration;
+  ahead.head<3>() = vehicle.velocity_lag_s * reference.acceleration;
   return ahead;
 }
 

@@ -9,6 +9,7 @@
 #include "slalom/core/Published.h"
 #include "slalom/core/Rng.h"
 #include "slalom/core/SolveReport.h"
+#include "slalom/core/VelocityResponse.h"
 
 namespace slalom::core
 {
@@ -100,6 +101,37 @@ TEST(Deadline, NeverPassesUnlessItIsSet)
   EXPECT_FALSE(Deadline::none().passed());
   EXPECT_TRUE(Deadline::in(std::chrono::nanoseconds(0)).passed());
   EXPECT_FALSE(Deadline::in(std::chrono::hours(1)).passed());
+}
+
+TEST(VelocityResponse, IsTheLimitOfSmallSteps)
+{
+  for (const double lag : {0.0, 0.05, 0.2, 2.0})
+  {
+    Vehicle vehicle;
+    vehicle.velocity_lag_s = lag;
+    vehicle.yaw_rate_lag_s = 0.5 * lag;
+    const VelocityCommand command{{1.0, -2.0, 0.5}, 0.7};
+    const Motion start{{1, 2, 3}, {-1, 0.5, 0}, 0.4, -0.2};
+    const Motion once = held(start, command, 0.3, vehicle);
+    Motion fine = start;
+    constexpr int kSteps = 100000;
+    for (int k = 0; k < kSteps; ++k)
+    {
+      const double dt = 0.3 / kSteps;
+      const Eigen::Vector3d v = fine.v;
+      const double rate = fine.yaw_rate;
+      fine.v = lag > 0.0 ? Eigen::Vector3d(v + (command.v_W - v) * (dt / lag)) : command.v_W;
+      fine.yaw_rate =
+          lag > 0.0 ? rate + (command.yaw_rate - rate) * (2.0 * dt / lag) : command.yaw_rate;
+      fine.p +=
+          0.5 * dt * (lag > 0.0 ? Eigen::Vector3d(v + fine.v) : Eigen::Vector3d(2.0 * fine.v));
+      fine.yaw += 0.5 * dt * (lag > 0.0 ? rate + fine.yaw_rate : 2.0 * fine.yaw_rate);
+    }
+    EXPECT_LT((once.p - fine.p).norm(), 1e-4) << lag;
+    EXPECT_LT((once.v - fine.v).norm(), 1e-4) << lag;
+    EXPECT_NEAR(once.yaw, fine.yaw, 1e-4) << lag;
+    EXPECT_NEAR(once.yaw_rate, fine.yaw_rate, 1e-4) << lag;
+  }
 }
 
 TEST(Published, ReadersSeeWholeSnapshotsInOrder)

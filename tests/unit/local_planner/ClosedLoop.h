@@ -13,12 +13,11 @@
 
 namespace slalom::test
 {
-/// Settings for a vehicle whose velocity is the command.
-[[nodiscard]] inline local_planner::LocalPlannerConfig atOnce(
-    local_planner::LocalPlannerConfig config = {})
+/// A vehicle whose velocity is the command.
+[[nodiscard]] inline core::Vehicle atOnce(core::Vehicle vehicle = {})
 {
-  config.velocity_lag_s = 0.0;
-  return config;
+  vehicle.velocity_lag_s = 0.0;
+  return vehicle;
 }
 
 /** A vehicle that flies every command exactly, and the planner that steers it, at 20 Hz. The
@@ -34,7 +33,7 @@ class ClosedLoop
              const core::Vehicle& vehicle = {})
       : reference_(std::move(reference)),
         field_(std::move(field)),
-        planner_(atOnce(config), vehicle),
+        planner_(config, atOnce(vehicle)),
         progress_(reference_->start())
   {
     input.law = lawTo(*reference_, reference_->end());

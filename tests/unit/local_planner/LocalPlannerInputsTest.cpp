@@ -184,7 +184,7 @@ TEST(LocalPlannerInputs, RunsAreBitEqualAndResetForgets)
 
   // The first planner has flown; after reset() it decides like one that never has.
   first.planner().reset();
-  LocalPlanner fresh(slalom::test::atOnce(), Vehicle{});
+  LocalPlanner fresh({}, slalom::test::atOnce());
   LocalPlannerInput input = second.input;
   for (int step = 0; step < 5; ++step)
   {

@@ -75,11 +75,10 @@ double errorOnCircle(double vehicle_lag_s, double assumed_lag_s)
     points.col(i) = kRadius * Vector3d(std::sin(angle), 1.0 - std::cos(angle), 0.0);
   }
   const auto reference = std::make_shared<const slalom::spline::UniformBSpline>(points, kSpan);
-  LocalPlannerConfig config;
-  config.velocity_lag_s = assumed_lag_s;
   Vehicle vehicle;
   vehicle.max_speed_mps = 2.0;
-  LocalPlanner planner(config, vehicle);
+  vehicle.velocity_lag_s = assumed_lag_s;
+  LocalPlanner planner(LocalPlannerConfig{}, vehicle);
   LocalPlannerInput input;
   input.reference = reference;
   input.law = slalom::test::lawTo(*reference, reference->end());

@@ -9,6 +9,7 @@
 
 #include "slalom/core/DistanceField.h"
 #include "slalom/core/HalfSpaces.h"
+#include "slalom/core/MovingObstacle.h"
 #include "slalom/core/SolveReport.h"
 #include "slalom/core/VehicleState.h"
 
@@ -47,6 +48,19 @@ struct RefinementRecord
   double goal_short_m = 0.0;            ///< the plan ends this far from the goal, 0 if at it
 };
 
+/// What the output gate did to the command, and what it knows of the way to stop.
+struct GateRecord
+{
+  std::string intervention;    ///< empty, or why the command is not the one that was wanted
+  double stop_margin_m = 0.0;  ///< clearance beyond the radius of the stop that is still possible
+};
+
+/// News of a cycle, e.g. SAFE_STOP: a change of what the vehicle does, with one line of why.
+struct Event
+{
+  std::string name, detail;
+};
+
 /// Wall time of each part of a cycle [s]; 0 where the part did not run.
 struct CycleTiming
 {
@@ -80,7 +94,10 @@ struct CycleRecord
   double distance_to_goal_m = 0.0;
   RefinementRecord refinement;
   SolveReport nmpc;
+  std::vector<MovingObstacle> movers;  ///< tracked now
   VelocityCommand command;
+  GateRecord gate;
+  std::vector<Event> events;
   bool verified_stop = true;  ///< at rest, or on a plan that can rest where it ends
   std::string status;         ///< engine state, e.g. NAVIGATING, GOAL_REACHED
   std::string fallback;  ///< empty, or the rung of the fallback ladder that produced the command

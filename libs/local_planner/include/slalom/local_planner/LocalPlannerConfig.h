@@ -10,8 +10,6 @@ struct LocalPlannerConfig
 {
   int horizon = 15;     ///< [1] N_p, stages
   double step_s = 0.1;  ///< [s] delta_tc
-  /// The vehicle's velocity follows the command like exp(-t / this); 0 = at once, as in the paper.
-  double velocity_lag_s = 0.2;
   double weight_position = 10.0;  ///< Q, position
   double weight_yaw = 1.0;        ///< Q, yaw
   double weight_velocity = 1.0;   ///< R, velocity against the spline's
@@ -34,8 +32,6 @@ struct LocalPlannerConfig
     using core::Range;
     v("horizon", c.horizon, Range{2, 100}, "stages of the NMPC");
     v("step_s", c.step_s, Range{0.01, 1.0}, "time between stages");
-    v("velocity_lag_s", c.velocity_lag_s, Range{0.0, 2.0},
-      "time constant with which the vehicle's velocity follows the command; 0 = at once");
     v("weight_position", c.weight_position, Range{0.0, 1e5},
       "on the distance to the refined reference");
     v("weight_yaw", c.weight_yaw, Range{0.0, 1e5}, "on the heading error");
