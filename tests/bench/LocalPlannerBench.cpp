@@ -11,6 +11,7 @@
 #include "Laws.h"
 #include "slalom/core/Math.h"
 #include "slalom/core/Rng.h"
+#include "slalom/core/VelocityResponse.h"
 #include "slalom/local_planner/LocalPlanner.h"
 #include "slalom/spline/WaypointFit.h"
 
@@ -74,10 +75,18 @@ void fly(const Forest& forest, const local_planner::LocalPlannerConfig& config,
     times.push_back(cpuMilliseconds() - begin);
     iterations += output.report.iterations;
     input.last_command = output.command;
-    input.state.v_W = output.command.v_W;
-    input.state.p_L += kPeriod * output.command.v_W;
-    yaw += kPeriod * output.command.yaw_rate;
+    const core::Motion next = core::held({input.state.p_L, input.state.v_W, yaw, 0.0},
+                                         output.command, kPeriod, core::Vehicle{});
+    input.state.p_L = next.p;
+    input.state.v_W = next.v;
+    yaw = next.yaw;
   }
+}
+
+double median(std::vector<double>& times)
+{
+  std::sort(times.begin(), times.end());
+  return times[times.size() / 2];
 }
 
 /// Arguments: free distance on either side of the reference [cm], obstacle rows per stage.
@@ -86,20 +95,22 @@ void BM_LocalPlannerStep(benchmark::State& state)
   const Forest forest(0.01 * static_cast<double>(state.range(0)));
   local_planner::LocalPlannerConfig config;
   config.obstacles_per_stage = static_cast<int>(state.range(1));
-  std::vector<double> times;
-  double iterations = 0.0;
+  std::vector<double> times, reference_times;
+  double iterations = 0.0, reference_iterations = 0.0;
   for (auto _ : state) fly(forest, config, times, iterations);
+  config.solver = optim::TrackingBackEnd::Ipopt;
+  fly(forest, config, reference_times, reference_iterations);
   const auto steps = static_cast<double>(times.size());
-  std::sort(times.begin(), times.end());
-  state.counters["median_ms"] = times[times.size() / 2];
+  state.counters["median_ms"] = median(times);
+  state.counters["ipopt_ratio"] = median(reference_times) / median(times);
   state.counters["p99_ms"] = times[times.size() * 99 / 100];
   state.counters["worst_ms"] = times.back();
   state.counters["iterations"] = iterations / steps;
 }
 BENCHMARK(BM_LocalPlannerStep)
-    ->Args({30, 2})
-    ->Args({45, 2})
-    ->Args({80, 2})
+    ->Args({30, 4})
+    ->Args({45, 4})
+    ->Args({80, 4})
     ->Args({45, 0})
     ->Iterations(1)
     ->Unit(benchmark::kMillisecond);

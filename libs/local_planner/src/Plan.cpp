@@ -3,17 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace slalom::local_planner::detail
 {
-namespace
+core::Motion motionOf(const core::VehicleState& state)
 {
-Eigen::Vector4d clampTo(const Eigen::Vector4d& value, const Eigen::Vector4d& lower,
-                        const Eigen::Vector4d& upper)
-{
-  return value.cwiseMax(lower).cwiseMin(upper);
+  return {state.p_L, state.v_W, state.yaw(), (state.q_WB * state.w_B).z()};
 }
-}  // namespace
 
 Eigen::Matrix4Xd shiftedInputs(const Plan& plan, double elapsed, double step)
 {
@@ -32,35 +29,45 @@ Eigen::Matrix4Xd shiftedInputs(const Plan& plan, double elapsed, double step)
   return shifted;
 }
 
-Eigen::Matrix4Xd rollOut(const Eigen::Vector4d& start, const Eigen::Matrix4Xd& inputs, double step)
+Plan rollOut(double t, const core::Motion& start, Eigen::Matrix4Xd inputs, const Model& model)
 {
-  Eigen::Matrix4Xd states(4, inputs.cols() + 1);
-  states.col(0) = start;
-  for (Eigen::Index k = 0; k < inputs.cols(); ++k)
-    states.col(k + 1) = states.col(k) + step * inputs.col(k);
-  return states;
+  const Eigen::Index n = inputs.cols();
+  Plan plan{t, Eigen::Matrix3Xd(3, n + 1), Eigen::Matrix3Xd(3, n + 1), Eigen::VectorXd(n + 1),
+            std::move(inputs)};
+  core::Motion motion = start;
+  for (Eigen::Index k = 0; k <= n; ++k)
+  {
+    plan.positions.col(k) = motion.p;
+    plan.velocities.col(k) = motion.v;
+    plan.yaw[k] = motion.yaw;
+    if (k < n) motion = model.after(motion, plan.inputs.col(k));
+  }
+  return plan;
 }
 
-Plan pursue(const Eigen::Vector4d& start, const Eigen::Vector4d& last_input,
-            const HorizonReference& reference, double step, const core::Vehicle& vehicle)
+Plan pursue(double t, const core::Motion& start, const Eigen::Vector4d& last_input,
+            const HorizonReference& reference, const Model& model)
 {
-  constexpr double kSettle = 0.5;  // [s] in which a deviation is to be made good
+  constexpr double kSettle = 0.5;  // [s]
+  const core::Vehicle& vehicle = model.vehicle;
   const Eigen::Vector4d limit(vehicle.max_speed_mps, vehicle.max_speed_mps, vehicle.max_speed_mps,
                               vehicle.max_yaw_rate_radps);
-  Eigen::Vector4d change = Eigen::Vector4d::Constant(vehicle.max_acceleration_mps2 * step);
+  Eigen::Vector4d change = Eigen::Vector4d::Constant(vehicle.max_acceleration_mps2 * model.step);
   change[3] = 2.0 * vehicle.max_yaw_rate_radps;
-  Plan plan{0.0, {}, Eigen::Matrix4Xd(4, reference.inputs.cols())};
-  Eigen::Vector4d state = start, input = last_input;
-  for (Eigen::Index k = 0; k < reference.inputs.cols(); ++k)
+  Eigen::Matrix4Xd inputs(4, reference.commands.cols());
+  core::Motion motion = start;
+  Eigen::Vector4d input = last_input;
+  for (Eigen::Index k = 0; k < inputs.cols(); ++k)
   {
-    const Eigen::Vector4d wanted =
-        reference.inputs.col(k) + (reference.states.col(k) - state) / kSettle;
-    input = clampTo(clampTo(wanted, input - change, input + change), -limit, limit);
-    state += step * input;
-    plan.inputs.col(k) = input;
+    Eigen::Vector4d wanted;
+    wanted << reference.commands.col(k) + (reference.positions.col(k) - motion.p) / kSettle,
+        reference.yaw_rates[k] + (reference.yaw[k] - motion.yaw) / kSettle;
+    input = wanted.cwiseMax(input - change).cwiseMin(input + change);
+    input = input.cwiseMax(-limit).cwiseMin(limit);
+    motion = model.after(motion, input);
+    inputs.col(k) = input;
   }
-  plan.states = rollOut(start, plan.inputs, step);
-  return plan;
+  return rollOut(t, start, std::move(inputs), model);
 }
 
 }  // namespace slalom::local_planner::detail
