@@ -2,7 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <limits>
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -54,8 +54,9 @@ struct SoftRow
  *         the rows of stage k hold at p_{k+1}, v_{k+1}              (k = 0..N-1)
  *
  *  One slack per row makes every row an exact penalty: with |u_before| <= input_limit the program
- *  always has a solution. Knows no robot; D = 3 is a flight, D = 1 a heading. Sizes are fixed at
- *  construction, so that solvers need no memory later. */
+ *  always has a solution. Where a limit lies out of reach of u_before it is widened to what the
+ *  changes can reach, and the report says Infeasible. Knows no robot; D = 3 is a flight, D = 1 a
+ * heading. Sizes are fixed at construction, so that solvers need no memory later. */
 template <int D>
 struct TrackingQp
 {
@@ -86,9 +87,26 @@ struct TrackingSolution
   Eigen::Matrix<double, D, Eigen::Dynamic> positions, velocities;  ///< DxN, after each stage
   Eigen::Matrix<double, D, Eigen::Dynamic> inputs;                 ///< DxN
   double worst_slack = 0.0;                                        ///< [m]
+  /// Forces of the limits, DxN: > 0 at the upper, < 0 at the lower limit.
+  Eigen::Matrix<double, D, Eigen::Dynamic> input_forces, change_forces;
+  Eigen::VectorXd row_forces;  ///< N*max_rows, in the order of the rows, in [0, penalty]
   /// primal_residual: bounds, dynamics and rows; dual_residual: gradient of the Lagrangian and
   /// complementarity, both scaled by 1 + the largest gradient of the cost.
   core::SolveReport report;
+};
+
+/** How far a point and its forces are from the conditions of Karush, Kuhn and Tucker, which are
+ *  necessary and sufficient for a minimum of a convex program. */
+struct TrackingResiduals
+{
+  double dynamics = 0.0;         ///< [m], [m/s] largest error of a position or velocity
+  double limits = 0.0;           ///< [m/s] largest excess of an input or a change
+  double stationarity = 0.0;     ///< largest gradient of the Lagrangian per input
+  double complementarity = 0.0;  ///< largest force times gap; also a row force outside its range
+  double scale = 1.0;            ///< 1 + the largest gradient of the cost
+
+  /// Both conditions of the forces, relative to the scale.
+  [[nodiscard]] double dual() const { return std::max(stationarity, complementarity) / scale; }
 };
 
 enum class TrackingBackEnd
@@ -121,6 +139,17 @@ class TrackingSolver
       const Eigen::Ref<const Eigen::Matrix<double, D, Eigen::Dynamic>>& guess_inputs,
       const core::Deadline& deadline) = 0;
 };
+
+/// Cost of inputs that need not keep the limits; their motion follows from the problem.
+template <int D>
+[[nodiscard]] double trackingCost(
+    const TrackingQp<D>& problem,
+    const Eigen::Ref<const Eigen::Matrix<double, D, Eigen::Dynamic>>& inputs);
+
+/// Judges a solution by the problem alone, whoever found it.
+template <int D>
+[[nodiscard]] TrackingResiduals trackingResiduals(const TrackingQp<D>& problem,
+                                                  const TrackingSolution<D>& solution);
 
 /// D = 1 and D = 3 are available.
 template <int D>

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "TrackingRiccati.h"
+
+#include <chrono>
+#include <cmath>
+
+namespace slalom::optim::detail
+{
+namespace
+{
+using core::Termination;
+
+constexpr int kLanes = 4;
+
+constexpr double kInward = 0.05;
+constexpr double kMu = 1e-2;
+
+template <class Vector>
+void put(Quad& quad, const Vector& vector, double factor = 1.0)
+{
+  for (Eigen::Index i = 0; i < vector.size(); ++i) quad.lane[i] = factor * vector[i];
+}
+
+template <int D>
+void loadStage(const TrackingStage<D>& stage, TrackingNode<D>& node)
+{
+  node.p_v = stage.response.p_v;
+  node.p_u = stage.response.p_u;
+  node.v_v = stage.response.v_v;
+  node.v_u = stage.response.v_u;
+  node.velocity_weight = 2.0 * stage.velocity_weight;
+  node.input_weight = 2.0 * stage.input_weight;
+  node.change_weight = 2.0 * stage.change_weight;
+  for (int j = 0; j < D; ++j) put(node.position_weight[j], stage.position_weight.col(j), 2.0);
+  put(node.drift_p, stage.drift_p);
+  put(node.drift_v, stage.drift_v);
+  put(node.position, stage.position);
+  put(node.velocity, stage.velocity);
+  put(node.input, stage.input);
+  put(node.change, stage.change);
+  put(node.change_limit, stage.change_limit);
+}
+
+/// The lanes that are left over hold a row that is always true.
+template <int D>
+void loadRows(const SoftRow<D>* rows, int count, TrackingNode<D>& node, RowGroup<D>* groups)
+{
+  node.groups = (count + kLanes - 1) / kLanes;
+  node.leads = false;
+  const SoftRow<D> none{Eigen::Matrix<double, D, 1>::Zero(), 0.0, -1.0, 1.0};
+  for (int i = 0; i < node.groups * kLanes; ++i)
+  {
+    const SoftRow<D>& row = i < count ? rows[i] : none;
+    RowGroup<D>& group = groups[i / kLanes];
+    const int lane = i % kLanes;
+    for (int j = 0; j < D; ++j) group.normal[j].lane[lane] = row.normal[j];
+    group.lead.lane[lane] = row.lead;
+    group.offset.lane[lane] = row.offset;
+    group.penalty.lane[lane] = row.penalty;
+    node.leads = node.leads || row.lead != 0.0;
+  }
+}
+
+}  // namespace
+
+template <int D>
+TrackingRiccati<D>::TrackingRiccati(const TrackingSolverConfig& config, int stage_count,
+                                    int rows_per_stage, InstructionSet set)
+    : config_(config),
+      max_rows_(rows_per_stage),
+      set_(set),
+      steps_(trackingSteps<D>(set, true)),
+      inputs_(stage_count),
+      work_(stage_count, (rows_per_stage + kLanes - 1) / kLanes)
+{
+  for (auto* matrix : {&solution_.positions, &solution_.velocities, &solution_.inputs,
+                       &solution_.input_forces, &solution_.change_forces})
+    matrix->setZero(D, stage_count);
+  solution_.row_forces.setZero(stage_count * rows_per_stage);
+  // The lanes that no axis uses stay in the middle of a box.
+  for (TrackingNode<D>& node : work_.nodes)
+  {
+    node.low.lane[3] = node.low.lane[2] = node.low.lane[1] = -1.0;
+    node.high.lane[3] = node.high.lane[2] = node.high.lane[1] = 1.0;
+    node.change_limit = node.high;
+  }
+}
+
+template <int D>
+void TrackingRiccati<D>::load(const TrackingQp<D>& problem)
+{
+  put(work_.p, problem.p);
+  put(work_.v, problem.v);
+  put(work_.u_before, problem.u_before);
+  bool lag = false;
+  double pairs = 0.0;
+  for (std::size_t k = 0; k < work_.nodes.size(); ++k)
+  {
+    TrackingNode<D>& node = work_.nodes[k];
+    loadStage(problem.stages[k], node);
+    put(node.low, inputs_.low.col(static_cast<Eigen::Index>(k)));
+    put(node.high, inputs_.high.col(static_cast<Eigen::Index>(k)));
+    loadRows(problem.rows.data() + k * static_cast<std::size_t>(problem.max_rows),
+             problem.row_counts[k], node,
+             work_.rows.data() + k * static_cast<std::size_t>(work_.max_groups));
+    lag = lag || node.p_v != 0.0 || node.v_v != 0.0;
+    pairs += kLanes * (4.0 + 2.0 * node.groups);
+  }
+  work_.pairs = pairs;
+  work_.damping = 1e-10;
+  steps_ = trackingSteps<D>(set_, lag);
+}
+
+/// From the clipped guess a little inwards, because an interior point cannot begin at a limit.
+template <int D>
+void TrackingRiccati<D>::start()
+{
+  for (Eigen::Index k = 0; k < inputs_.clipped.cols(); ++k)
+    put(work_.nodes[static_cast<std::size_t>(k)].u,
+        (1.0 - kInward) * inputs_.clipped.col(k) + kInward * inputs_.inner.col(k));
+  steps_.roll_out(work_);
+  steps_.centre(work_, kMu);
+  steps_.measure(work_);
+}
+
+template <int D>
+bool TrackingRiccati<D>::optimal()
+{
+  const double limit = config_.tolerance * work_.scale;
+  return work_.product <= limit && steps_.dual_residual(work_) <= limit;
+}
+
+template <int D>
+core::Termination TrackingRiccati<D>::iterate(const core::Deadline& deadline)
+{
+  for (int& i = solution_.report.iterations;; ++i)
+  {
+    if (optimal()) return Termination::Converged;
+    if (i >= config_.max_iterations) return Termination::IterationLimit;
+    if (deadline.passed()) return Termination::TimeLimit;
+    if (!steps_.step(work_)) return Termination::NumericalFailure;
+    steps_.measure(work_);
+  }
+}
+
+/// Something to fly although the data cannot be used: the guess in those limits that are numbers,
+/// and no motion.
+template <int D>
+void TrackingRiccati<D>::refuse(const TrackingQp<D>& problem, const Eigen::Ref<const Matrix>& guess)
+{
+  const auto number = [](double x) { return std::isfinite(x) ? x : 0.0; };
+  const auto clamp = [](double x, double middle, double reach)
+  { return std::max(middle - reach, std::min(middle + reach, x)); };
+  for (int i = 0; i < D; ++i)
+  {
+    double before = number(problem.u_before[i]);
+    for (Eigen::Index k = 0; k < solution_.inputs.cols(); ++k)
+    {
+      const auto stage = static_cast<std::size_t>(k);
+      const bool known = stage < problem.stages.size();
+      const double limit = known ? number(problem.stages[stage].input_limit[i]) : 0.0;
+      const double change = known ? number(problem.stages[stage].change_limit[i]) : 0.0;
+      const double wanted = k < guess.cols() ? number(guess(i, k)) : 0.0;
+      before = clamp(clamp(wanted, before, std::abs(change)), 0.0, std::abs(limit));
+      solution_.inputs(i, k) = before;
+    }
+    solution_.positions.row(i).setConstant(number(problem.p[i]));
+  }
+  solution_.velocities.setZero();
+}
+
+template <int D>
+void TrackingRiccati<D>::takeIterate(const TrackingQp<D>& problem)
+{
+  for (Eigen::Index k = 0; k < solution_.inputs.cols(); ++k)
+  {
+    const TrackingNode<D>& node = work_.nodes[static_cast<std::size_t>(k)];
+    const RowGroup<D>* groups = work_.rows.data() + k * static_cast<Eigen::Index>(work_.max_groups);
+    for (int i = 0; i < D; ++i)
+    {
+      solution_.inputs(i, k) = node.u.lane[i];
+      solution_.positions(i, k) = node.p.lane[i];
+      solution_.velocities(i, k) = node.v.lane[i];
+      solution_.input_forces(i, k) = node.force[1].lane[i] - node.force[0].lane[i];
+      solution_.change_forces(i, k) = node.force[3].lane[i] - node.force[2].lane[i];
+    }
+    for (int i = 0; i < problem.row_counts[static_cast<std::size_t>(k)]; ++i)
+      solution_.row_forces[k * problem.max_rows + i] = groups[i / kLanes].force.lane[i % kLanes];
+  }
+}
+
+template <int D>
+void TrackingRiccati<D>::takeGuess(const TrackingQp<D>& problem)
+{
+  for (Eigen::Index k = 0; k < solution_.inputs.cols(); ++k)
+    put(work_.nodes[static_cast<std::size_t>(k)].u, inputs_.clipped.col(k));
+  steps_.roll_out(work_);
+  takeIterate(problem);
+  clearForces();
+}
+
+template <int D>
+void TrackingRiccati<D>::clearForces()
+{
+  solution_.input_forces.setZero();
+  solution_.change_forces.setZero();
+  solution_.row_forces.setZero();
+}
+
+template <int D>
+const char* TrackingRiccati<D>::name(core::Termination termination)
+{
+  switch (termination)
+  {
+    case Termination::Converged:
+      return "optimal";
+    case Termination::IterationLimit:
+      return "iteration limit";
+    case Termination::TimeLimit:
+      return "deadline passed";
+    default:
+      return "no progress";
+  }
+}
+
+/// The point to return and what is to be said about it.
+template <int D>
+void TrackingRiccati<D>::finish(const TrackingQp<D>& problem, core::Termination termination)
+{
+  core::SolveReport& report = solution_.report;
+  const auto cost = [&] { return trackingCost<D>(problem, solution_.inputs); };
+  takeIterate(problem);
+  report.cost = cost();
+  report.dual_residual = std::max(work_.product, steps_.dual_residual(work_)) / work_.scale;
+  if (termination != Termination::Converged)
+  {
+    const double guess = trackingCost<D>(problem, inputs_.clipped);
+    if (!(report.cost <= guess))
+    {
+      takeGuess(problem);
+      report.cost = guess;
+      report.dual_residual = std::numeric_limits<double>::infinity();
+    }
+  }
+  report.termination = termination;
+  report.message = name(termination);
+  report.primal_residual = inputs_.clash;
+  if (inputs_.clash > 0.0 && termination == Termination::Converged)
+  {
+    report.termination = Termination::Infeasible;
+    report.message = "limits clash";
+  }
+}
+
+template <int D>
+const TrackingSolution<D>& TrackingRiccati<D>::solve(const TrackingQp<D>& problem,
+                                                     const Eigen::Ref<const Matrix>& guess_inputs,
+                                                     const core::Deadline& deadline)
+{
+  const auto begin = std::chrono::steady_clock::now();
+  core::SolveReport& report = solution_.report;
+  report.iterations = 0;
+  if (const char* fault = faultOf<D>(problem, guess_inputs, stages(), max_rows_))
+  {
+    refuse(problem, guess_inputs);
+    clearForces();
+    solution_.worst_slack = 0.0;
+    report.termination = Termination::NumericalFailure;
+    report.message = fault;
+    report.cost = std::numeric_limits<double>::quiet_NaN();
+    report.primal_residual = report.dual_residual = std::numeric_limits<double>::infinity();
+  }
+  else
+  {
+    inputs_.prepare(problem, guess_inputs);
+    load(problem);
+    start();
+    finish(problem, iterate(deadline));
+    solution_.worst_slack = worstSlack<D>(problem, solution_);
+  }
+  report.wall_time = std::chrono::steady_clock::now() - begin;
+  return solution_;
+}
+
+template class TrackingRiccati<1>;
+template class TrackingRiccati<3>;
+
+}  // namespace slalom::optim::detail
