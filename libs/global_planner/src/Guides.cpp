@@ -66,6 +66,8 @@ GuideSearch searchGuides(const core::DistanceField& field, const Vector3d& start
   search_config.clearance_m = hard_clearance;
   search_config.preferred_clearance_m = std::max(config.clearance_m, hard_clearance);
   search_config.proximity_weight = config.guide_proximity_weight;
+  search_config.unknown_weight =
+      std::min(config.guide_unknown_weight, config.guide_proximity_weight);
   const Vector3d start = clearOf(field, start_L, hard_clearance);
   const Vector3d goal = clearOf(field, goal_L, hard_clearance);
   const double reach = std::max(3.0, 0.5 * (goal - start).norm());

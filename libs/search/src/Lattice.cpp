@@ -122,8 +122,8 @@ Lattice::Cell& Lattice::look(std::uint32_t index, const Eigen::Vector3i& at)
 
 void Lattice::ask(Cell& cell, const Eigen::Vector3i& at)
 {
-  const auto distance =
-      inside(at) ? field_.distance(place(at), core::UnknownAs::Free) : std::nullopt;
+  auto distance = inside(at) ? field_.distance(place(at), core::UnknownAs::Free) : std::nullopt;
+  if (distance) distance = pricedDistance(field_, place(at), *distance, config_);
   constexpr float kOutside = -std::numeric_limits<float>::infinity();
   cell.distance = distance ? static_cast<float>(*distance) : kOutside;
   // In doubles, so that a point is open exactly if it keeps the clearance.

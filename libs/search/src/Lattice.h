@@ -24,6 +24,20 @@ using Path = std::vector<Eigen::Vector3d>;
   return 1.0 + config.proximity_weight * (config.preferred_clearance_m - distance) / span;
 }
 
+/** The distance that a point's price goes by: that to what was seen, but not more in space that was
+ * never seen. Never below the hard clearance where `distance` is not. */
+[[nodiscard]] inline double pricedDistance(const core::DistanceField& field,
+                                           const Eigen::Vector3d& p_L, double distance,
+                                           const GridSearchConfig& config)
+{
+  const double span = config.preferred_clearance_m - config.clearance_m;
+  if (config.unknown_weight <= 0.0 || span <= 0.0) return distance;
+  const double most =
+      config.preferred_clearance_m - span * config.unknown_weight / config.proximity_weight;
+  if (distance <= most || field.occupancy(p_L) != core::Occupancy::Unknown) return distance;
+  return most;
+}
+
 /// How the clearance between two open neighbours is established.
 enum class EdgeCheck
 {

@@ -37,7 +37,8 @@ void Lattice::begin(const Query& query)
   goal_cost_ = std::numeric_limits<float>::infinity();
   most_cost_ = static_cast<float>(query.most_cost);
   const auto at_goal = field_.distance(query.goal_L, core::UnknownAs::Free);
-  goal_factor_ = static_cast<float>(costPerMetre(at_goal.value_or(0.0), config_));
+  goal_factor_ = static_cast<float>(
+      costPerMetre(pricedDistance(field_, query.goal_L, at_goal.value_or(0.0), config_), config_));
   flood_state_ = Flood::NotBegun;
   work_.expanded.clear();
 

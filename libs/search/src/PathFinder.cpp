@@ -24,6 +24,11 @@ void check(const GridSearchConfig& config)
   notNegative(config.preferred_clearance_m, "preferred_clearance_m");
   notNegative(config.proximity_weight, "proximity_weight");
   notNegative(config.max_detour, "max_detour");
+  notNegative(config.unknown_weight, "unknown_weight");
+  if (config.unknown_weight > config.proximity_weight)
+    throw std::invalid_argument(
+        "GridSearchConfig: unknown_weight = " + std::to_string(config.unknown_weight) +
+        ", must not be above proximity_weight = " + std::to_string(config.proximity_weight));
 }
 
 bool keepsClearance(const core::DistanceField& field, const Eigen::Vector3d& p, double clearance)
@@ -39,7 +44,13 @@ bool straightIsBest(const core::DistanceField& field, const Eigen::Vector3d& a,
   const double worth = config.proximity_weight > 0.0
                            ? std::max(config.clearance_m, config.preferred_clearance_m)
                            : config.clearance_m;
-  return segmentClear(field, a, b, worth);
+  if (!segmentClear(field, a, b, worth)) return false;
+  if (config.unknown_weight == 0.0) return true;
+  const double count = std::ceil((b - a).norm() / field.resolution());
+  for (double i = 0.0; i <= count; i += 1.0)
+    if (field.occupancy(a + (b - a) * (i / std::max(count, 1.0))) == core::Occupancy::Unknown)
+      return false;
+  return true;
 }
 
 bool clear(const core::DistanceField& field, const Path& path, double clearance)

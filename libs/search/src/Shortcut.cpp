@@ -38,7 +38,7 @@ double costOf(const core::DistanceField& field, const Eigen::Vector3d& a, const 
   {
     const Eigen::Vector3d p = a + (b - a) * (i / count);
     const double distance = field.distance(p, core::UnknownAs::Free).value_or(0.0);
-    cost += length / count * costPerMetre(distance, config);
+    cost += length / count * costPerMetre(pricedDistance(field, p, distance, config), config);
     if (cost > most || (distance < config.clearance_m && most < kInfinity)) return kInfinity;
   }
   return cost;

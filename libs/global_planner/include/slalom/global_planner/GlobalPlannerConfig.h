@@ -36,6 +36,7 @@ struct GlobalPlannerConfig
   double lambda_smooth = 0.2, lambda_obs = 0.6, lambda_feas = 0.2;  ///< [1] Eq. (1)
   double lambda_fit = 0.1;              ///< [1] pull back to R (deviation D-07)
   double guide_proximity_weight = 2.0;  ///< [1] how much the guide prefers wide gaps
+  double guide_unknown_weight = 1.0;    ///< [1] how much it prefers space that was seen
   PushingForm pushing = PushingForm::Qp;
   double piece_m = 1.5;  ///< [m] longest piece of the convex decomposition
   double box_lateral_m = 2.0, box_along_m = 1.0, box_vertical_m = 2.0;  ///< [m] local box
@@ -72,6 +73,9 @@ struct GlobalPlannerConfig
     v("lambda_fit", c.lambda_fit, Range{0.0, 1e4}, "weight of staying near the reference in J");
     v("guide_proximity_weight", c.guide_proximity_weight, Range{0.0, 100.0},
       "how much the guide prefers wide gaps over short ways", Level::Expert);
+    v("guide_unknown_weight", c.guide_unknown_weight, Range{0.0, 100.0},
+      "how much the guide prefers space that was seen; at most guide_proximity_weight counts",
+      Level::Expert);
     v("pushing", c.pushing,
       core::Names<PushingForm>{{"qp", PushingForm::Qp}, {"socp", PushingForm::Socp}},
       "form of the pushing program: squares, or the paper's norms", Level::Expert);

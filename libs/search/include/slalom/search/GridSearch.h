@@ -16,6 +16,8 @@ struct GridSearchConfig
       0.8;  ///< [m] cells nearer than this cost more, so that wide gaps win over narrow ones
   double proximity_weight =
       2.0;                      ///< [1] extra cost per metre travelled at zero preferred clearance
+  double unknown_weight = 0.0;  ///< [1] a metre of space that was never seen costs at least this
+                                ///< much more, at most proximity_weight
   int max_expansions = 200000;  ///< [1] cap of grid points; the result is then "not found"
   double max_detour = 1.8;      ///< [1] an alternative may cost this times the first path
   int max_alternative_expansions = 6000;  ///< [1] cap of all alternatives together
@@ -48,14 +50,16 @@ struct SearchResult
  * Deterministic: the same input gives the same path, to the bit.
  *
  *  A metre costs 1 + proximity_weight (preferred - d) / (preferred - clearance) between the hard
- * and the preferred clearance. Before shortcutting the cost is at most 1.05 times the grid's
- * optimum. Start and goal need the clearance where they are. If the goal has not, or if it is cut
- * off, nearest_L is the grid point nearest to it that can be reached.
+ * and the preferred clearance, and where space was never seen at least 1 + unknown_weight: what
+ * hides there is found out only on the way. Before shortcutting the cost is at most 1.05 times the
+ * grid's optimum. Start and goal need the clearance where they are. If the goal has not, or if it
+ * is cut off, nearest_L is the grid point nearest to it that can be reached.
  *
  *  The search is led by what the way costs at least as seen from above, which relies on distances
  * that grow by no more than one metre per metre. Thread-safe; each thread keeps some memory for its
  * next call (16 bytes per grid point of the largest box it has searched, at most 64 MB).
- *  @throws std::invalid_argument on a negative or non-finite clearance or weight
+ *  @throws std::invalid_argument on a negative or non-finite clearance or weight, or if
+ *  unknown_weight is above proximity_weight
  *  @see deviation D-04 (docs/paper_map.md): the guide that [Paper Eq. (2)] silently needs */
 [[nodiscard]] SearchResult findPath(const core::DistanceField& field,
                                     const Eigen::Vector3d& start_L, const Eigen::Vector3d& goal_L,
