@@ -122,20 +122,6 @@ const char* faultOf(const TrackingQp<D>& problem,
   return sane ? nullptr : "bad data";
 }
 
-template <int D>
-double worstSlack(const TrackingQp<D>& problem, const TrackingSolution<D>& solution)
-{
-  double worst = 0.0;
-  for (Eigen::Index k = 0; k < solution.inputs.cols(); ++k)
-    for (int i = 0; i < problem.row_counts[static_cast<std::size_t>(k)]; ++i)
-    {
-      const SoftRow<D>& row = problem.rows[static_cast<std::size_t>(k * problem.max_rows + i)];
-      worst = std::max(worst, row.offset - row.normal.dot(solution.positions.col(k) +
-                                                          row.lead * solution.velocities.col(k)));
-    }
-  return worst;
-}
-
 template class TrackingInputs<1>;
 template class TrackingInputs<3>;
 template const char* faultOf<1>(const TrackingQp<1>&,
@@ -144,7 +130,5 @@ template const char* faultOf<1>(const TrackingQp<1>&,
 template const char* faultOf<3>(const TrackingQp<3>&,
                                 const Eigen::Ref<const Eigen::Matrix<double, 3, Eigen::Dynamic>>&,
                                 int, int);
-template double worstSlack<1>(const TrackingQp<1>&, const TrackingSolution<1>&);
-template double worstSlack<3>(const TrackingQp<3>&, const TrackingSolution<3>&);
 
 }  // namespace slalom::optim::detail

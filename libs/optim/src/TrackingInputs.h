@@ -37,8 +37,4 @@ template <int D>
     const Eigen::Ref<const Eigen::Matrix<double, D, Eigen::Dynamic>>& guess, int stages,
     int max_rows);
 
-/// Largest violation of a row by the motion of a solution [m].
-template <int D>
-[[nodiscard]] double worstSlack(const TrackingQp<D>& problem, const TrackingSolution<D>& solution);
-
 }  // namespace slalom::optim::detail

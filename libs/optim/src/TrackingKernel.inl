@@ -172,12 +172,11 @@ void measure(Work& work)
   work.scale = 1.0 + top(largest);
 }
 
-// What a Newton step asks of the products of its pairs: gap times force -> centre, minus the
-// second-order term of the predictor if there was one.
+// What a Newton step asks of the products of its pairs: gap times force -> centre, minus `second`
+// times the second-order term of the direction before. The predictor asks for zero.
 struct Aim
 {
-  double centre = 0.0;
-  bool corrected = false;
+  double centre = 0.0, second = 0.0;
 };
 
 struct RowAim
@@ -189,8 +188,8 @@ inline RowAim rowAim(const Rows& rows, const Aim& aim)
 {
   const Pack force = load(rows.force), rest = load(rows.penalty) - force;
   RowAim residual{all(0.0) - load(rows.above) * force, all(0.0) - load(rows.slack) * rest};
-  if (!aim.corrected) return residual;
-  const Pack step = load(rows.d_force), centre = all(aim.centre);
+  if (aim.centre == 0.0) return residual;
+  const Pack step = all(aim.second) * load(rows.d_force), centre = all(aim.centre);
   residual.above = residual.above + centre - load(rows.d_above) * step;
   residual.slack = residual.slack + centre + load(rows.d_slack) * step;
   return residual;
@@ -436,8 +435,9 @@ bool factorize(Work& work)
 // The part of (force + its step) that does not depend on the step of the inputs.
 inline Pack constantForce(const Node& node, int i, const Pack& d_gap, const Aim& aim)
 {
-  if (!aim.corrected) return all(0.0);
-  return (all(aim.centre) - d_gap * load(node.d_force[i])) * load(node.inverse_gap[i]);
+  if (aim.centre == 0.0) return all(0.0);
+  return (all(aim.centre) - all(aim.second) * d_gap * load(node.d_force[i])) *
+         load(node.inverse_gap[i]);
 }
 
 // Gradient of the value function along the stages, from the last to the first.
@@ -451,7 +451,7 @@ void backward(Work& work, const Aim& aim)
     p = p + load(node.grad_p) - sum.p;
     v = v + load(node.grad_v) - sum.v;
     Pack change = load(node.grad_e), own = load(node.grad_u);
-    if (aim.corrected)
+    if (aim.centre > 0.0)
     {
       const Pack du = load(node.du);
       const Pack de = k == 0 ? du : du - load(work.nodes[k - 1].du);
@@ -599,7 +599,9 @@ bool step(Work& work)
   const double after =
       work.mu + affine * (total(predicted.linear) + affine * total(predicted.square)) / work.pairs;
   const double ratio = std::max(0.0, after / work.mu);
-  const Aim aim{ratio * ratio * ratio * work.mu, true};
+  // The second-order term counts as far as the predictor reaches: in full it can lead the iterates
+  // round in circles.
+  const Aim aim{std::max(1e-12, ratio * ratio * ratio) * work.mu, affine};
   backward(work, aim);
   const Reach reach = forward(work, aim);
   if (!std::isfinite(total(reach.linear) + total(reach.square))) return false;
@@ -607,7 +609,7 @@ bool step(Work& work)
   const double fraction = std::max(0.995, 1.0 - work.mu);
   const double loss = top(reach.steepest);
   const double length = loss <= fraction ? 1.0 : fraction / loss;
-  if (length < 1e-9) return false;
+  if (!(length > 1e-9)) return false;
   move(work, length);
   return true;
 }

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "TrackingIpopt.h"
 #include "TrackingRiccati.h"
 
 namespace slalom::optim
@@ -25,7 +26,7 @@ std::unique_ptr<TrackingSolver<D>> makeTrackingSolver(const TrackingSolverConfig
     throw std::invalid_argument("tracking solver: max_iterations " +
                                 std::to_string(config.max_iterations) + " must be >= 0");
   if (config.back_end == TrackingBackEnd::Ipopt)
-    throw std::invalid_argument("tracking solver: the Ipopt back end is not there yet");
+    return std::make_unique<detail::TrackingIpopt<D>>(config, stage_count, rows_per_stage);
   return std::make_unique<detail::TrackingRiccati<D>>(config, stage_count, rows_per_stage);
 }
 

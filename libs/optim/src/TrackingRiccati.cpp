@@ -2,7 +2,8 @@
 #include "TrackingRiccati.h"
 
 #include <chrono>
-#include <cmath>
+
+#include "TrackingOutcome.h"
 
 namespace slalom::optim::detail
 {
@@ -12,8 +13,11 @@ using core::Termination;
 
 constexpr int kLanes = 4;
 
-constexpr double kInward = 0.05;
-constexpr double kMu = 1e-2;
+// Tuned on closed loops and on wild random programs; the result does not depend on them.
+constexpr double kSmallest = 1e-3;                         // barrier to look at a guess
+constexpr double kMuOfScale = 0.02, kMuOfResidual = 0.03;  // barrier to begin with
+constexpr double kLittle = 0.02, kFar = 0.15;              // of the way into the interior
+constexpr double kBad = 0.3;                               // residual of a guess, of the scale
 
 template <class Vector>
 void put(Quad& quad, const Vector& vector, double factor = 1.0)
@@ -71,12 +75,9 @@ TrackingRiccati<D>::TrackingRiccati(const TrackingSolverConfig& config, int stag
       set_(set),
       steps_(trackingSteps<D>(set, true)),
       inputs_(stage_count),
-      work_(stage_count, (rows_per_stage + kLanes - 1) / kLanes)
+      work_(stage_count, (rows_per_stage + kLanes - 1) / kLanes),
+      solution_(emptySolution<D>(stage_count, rows_per_stage))
 {
-  for (auto* matrix : {&solution_.positions, &solution_.velocities, &solution_.inputs,
-                       &solution_.input_forces, &solution_.change_forces})
-    matrix->setZero(D, stage_count);
-  solution_.row_forces.setZero(stage_count * rows_per_stage);
   // The lanes that no axis uses stay in the middle of a box.
   for (TrackingNode<D>& node : work_.nodes)
   {
@@ -111,15 +112,27 @@ void TrackingRiccati<D>::load(const TrackingQp<D>& problem)
   steps_ = trackingSteps<D>(set_, lag);
 }
 
-/// From the clipped guess a little inwards, because an interior point cannot begin at a limit.
+/// From the clipped guess inwards, because an interior point cannot begin at a limit.
+/// @return how far from optimal the new iterate is
 template <int D>
-void TrackingRiccati<D>::start()
+double TrackingRiccati<D>::startAt(double inwards)
 {
   for (Eigen::Index k = 0; k < inputs_.clipped.cols(); ++k)
     put(work_.nodes[static_cast<std::size_t>(k)].u,
-        (1.0 - kInward) * inputs_.clipped.col(k) + kInward * inputs_.inner.col(k));
+        (1.0 - inwards) * inputs_.clipped.col(k) + inwards * inputs_.inner.col(k));
   steps_.roll_out(work_);
-  steps_.centre(work_, kMu);
+  steps_.centre(work_, kSmallest);
+  steps_.measure(work_);
+  return steps_.dual_residual(work_);
+}
+
+/// A good guess is left as it is as far as possible; a bad one is no reason to stay near a limit.
+template <int D>
+void TrackingRiccati<D>::start()
+{
+  double residual = startAt(kLittle);
+  if (residual > kBad * work_.scale) residual = startAt(kFar);
+  steps_.centre(work_, std::max(kMuOfScale * work_.scale, kMuOfResidual * residual));
   steps_.measure(work_);
 }
 
@@ -141,32 +154,6 @@ core::Termination TrackingRiccati<D>::iterate(const core::Deadline& deadline)
     if (!steps_.step(work_)) return Termination::NumericalFailure;
     steps_.measure(work_);
   }
-}
-
-/// Something to fly although the data cannot be used: the guess in those limits that are numbers,
-/// and no motion.
-template <int D>
-void TrackingRiccati<D>::refuse(const TrackingQp<D>& problem, const Eigen::Ref<const Matrix>& guess)
-{
-  const auto number = [](double x) { return std::isfinite(x) ? x : 0.0; };
-  const auto clamp = [](double x, double middle, double reach)
-  { return std::max(middle - reach, std::min(middle + reach, x)); };
-  for (int i = 0; i < D; ++i)
-  {
-    double before = number(problem.u_before[i]);
-    for (Eigen::Index k = 0; k < solution_.inputs.cols(); ++k)
-    {
-      const auto stage = static_cast<std::size_t>(k);
-      const bool known = stage < problem.stages.size();
-      const double limit = known ? number(problem.stages[stage].input_limit[i]) : 0.0;
-      const double change = known ? number(problem.stages[stage].change_limit[i]) : 0.0;
-      const double wanted = k < guess.cols() ? number(guess(i, k)) : 0.0;
-      before = clamp(clamp(wanted, before, std::abs(change)), 0.0, std::abs(limit));
-      solution_.inputs(i, k) = before;
-    }
-    solution_.positions.row(i).setConstant(number(problem.p[i]));
-  }
-  solution_.velocities.setZero();
 }
 
 template <int D>
@@ -196,15 +183,7 @@ void TrackingRiccati<D>::takeGuess(const TrackingQp<D>& problem)
     put(work_.nodes[static_cast<std::size_t>(k)].u, inputs_.clipped.col(k));
   steps_.roll_out(work_);
   takeIterate(problem);
-  clearForces();
-}
-
-template <int D>
-void TrackingRiccati<D>::clearForces()
-{
-  solution_.input_forces.setZero();
-  solution_.change_forces.setZero();
-  solution_.row_forces.setZero();
+  clearForces(solution_);
 }
 
 template <int D>
@@ -244,12 +223,8 @@ void TrackingRiccati<D>::finish(const TrackingQp<D>& problem, core::Termination 
   }
   report.termination = termination;
   report.message = name(termination);
-  report.primal_residual = inputs_.clash;
-  if (inputs_.clash > 0.0 && termination == Termination::Converged)
-  {
-    report.termination = Termination::Infeasible;
-    report.message = "limits clash";
-  }
+  report.primal_residual = 0.0;
+  settleClash(inputs_.clash, report);
 }
 
 template <int D>
@@ -258,18 +233,9 @@ const TrackingSolution<D>& TrackingRiccati<D>::solve(const TrackingQp<D>& proble
                                                      const core::Deadline& deadline)
 {
   const auto begin = std::chrono::steady_clock::now();
-  core::SolveReport& report = solution_.report;
-  report.iterations = 0;
+  solution_.report.iterations = 0;
   if (const char* fault = faultOf<D>(problem, guess_inputs, stages(), max_rows_))
-  {
-    refuse(problem, guess_inputs);
-    clearForces();
-    solution_.worst_slack = 0.0;
-    report.termination = Termination::NumericalFailure;
-    report.message = fault;
-    report.cost = std::numeric_limits<double>::quiet_NaN();
-    report.primal_residual = report.dual_residual = std::numeric_limits<double>::infinity();
-  }
+    refuse<D>(problem, guess_inputs, fault, solution_);
   else
   {
     inputs_.prepare(problem, guess_inputs);
@@ -278,7 +244,7 @@ const TrackingSolution<D>& TrackingRiccati<D>::solve(const TrackingQp<D>& proble
     finish(problem, iterate(deadline));
     solution_.worst_slack = worstSlack<D>(problem, solution_);
   }
-  report.wall_time = std::chrono::steady_clock::now() - begin;
+  solution_.report.wall_time = std::chrono::steady_clock::now() - begin;
   return solution_;
 }
 

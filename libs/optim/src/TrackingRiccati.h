@@ -25,11 +25,10 @@ class TrackingRiccati : public TrackingSolver<D>
 
  private:
   void load(const TrackingQp<D>& problem);
+  double startAt(double inwards);
   void start();
   core::Termination iterate(const core::Deadline& deadline);
   bool optimal();
-  void refuse(const TrackingQp<D>& problem, const Eigen::Ref<const Matrix>& guess);
-  void clearForces();
   void takeIterate(const TrackingQp<D>& problem);
   void takeGuess(const TrackingQp<D>& problem);
   static const char* name(core::Termination termination);  // no message may need memory
