@@ -130,7 +130,7 @@ void Pass::keepStop()
   const Verdict verdict = check.judge(target, -std::numeric_limits<double>::infinity());
   output.stop_margin_m = verdict.slack - check.excused();
   output.stop_plan = verdict.plan;
-  if (!verdict.good()) chooseInstead(check, verdict);
+  if (!verdict.good) chooseInstead(check, verdict);
 }
 
 void Pass::chooseInstead(const StopCheck& check, const Verdict& refused)
@@ -140,17 +140,22 @@ void Pass::chooseInstead(const StopCheck& check, const Verdict& refused)
   const auto better = [&](const Eigen::Vector3d& command)
   {
     const Verdict verdict = check.judge(command, std::min(best.slack, 0.0));
-    // Among good ones the later one counts: candidates come in the order of preference.
-    if (!(verdict.good() || verdict.slack > best.slack)) return false;
+    // Among good ones the later one counts: the halving climbs towards what was wanted.
+    if (!(verdict.good || verdict.slack > best.slack)) return false;
     best = verdict;
     target = command;
-    return verdict.good();
+    return verdict.good;
   };
   const auto blend = [&](double share)
   { return Eigen::Vector3d(brake + share * (wanted - brake)); };
 
-  if (better(brake))
+  bool found = false;
+  for (const StopPath* plan : {input.plan, input.kept_plan})
+    if (plan && !found)
+      found = better(detail::limited(check.follow(*plan), last.v_W, change, vehicle));
+  if (!found && better(brake))
   {
+    found = true;
     double low = 0.0, high = 1.0;
     for (int halving = 0; halving < kHalvings; ++halving)
     {
@@ -158,17 +163,12 @@ void Pass::chooseInstead(const StopCheck& check, const Verdict& refused)
       (better(blend(middle)) ? low : high) = middle;
     }
   }
-  else
-  {
-    bool found = false;
-    for (const StopPath* plan : {input.plan, input.kept_plan})
-      if (plan && !found)
-        found = better(detail::limited(check.follow(*plan), last.v_W, change, vehicle));
-    for (const double share : {0.5, 0.25, 0.75})
-      if (!found) found = better(blend(share));
-  }
+  for (const double share : {0.5, 0.25, 0.75})
+    if (!found) found = better(blend(share));
+  if (!found) better(detail::limited(last.v_W + change * check.away(), last.v_W, change, vehicle));
   output.stop_margin_m = best.slack - check.excused();
   output.stop_plan = best.plan;
+  if (target == wanted) return;  // nothing would be better
   const char* what = refused.cause == Cause::Mover   ? "no stop clear of a moving obstacle"
                      : refused.cause == Cause::Fence ? "no stop inside the fence"
                                                      : "no stop in known free space";

@@ -12,6 +12,7 @@ namespace
 {
 constexpr double kShortestHold = 0.02, kLongestHold = 0.5;  // [s]
 constexpr double kLongestLead = 1.0;                        // [s]
+constexpr double kRounding = 1e-9;                          // [m]
 constexpr int kMostBrakeSteps = 200, kMostFollowSteps = 400;
 
 /// A simulated step must be short beside the braking time only where that is long.
@@ -61,6 +62,7 @@ StopCheck::StopCheck(const GateInput& input, const SafetyConfig& config,
     : input_(input),
       vehicle_(vehicle),
       lag_reserve_s_(config.lag_reserve_s),
+      graze_m_(config.graze_m),
       hold_s_(holdOf(input, vehicle)),
       response_(core::VelocityResponse::over(hold_s_, vehicle.velocity_lag_s)),
       begin_(beginOf(input, vehicle, last)),
@@ -157,8 +159,15 @@ void StopCheck::followToRest(Flight flight, const StopPath& plan, const Piece& h
 {
   Piece piece = held;
   const double end = durationOf(plan);
+  // Asked anew in every step, so that the next pass of the gate finds what this one relies on.
+  const auto stopsHere = [&]
+  {
+    surroundings_.look(flight.p, sweep);
+    return stopsInRoom(flight, false, sweep);
+  };
   for (int step = 0; step < kMostFollowSteps && flight.tau < end; ++step)
   {
+    if (stopsHere()) return surroundings_.pass(piece, sweep);
     // Two steps share one hull: the end of the first lies between their middle points.
     const Piece next = fly(flight, track(plan, flight));
     piece.hull.col(2) = next.hull.col(1);
@@ -166,7 +175,7 @@ void StopCheck::followToRest(Flight flight, const StopPath& plan, const Piece& h
     piece.duration += next.duration;
     piece.spread += next.spread;
     surroundings_.pass(piece, sweep);
-    if (sweep.slack < give_up_below || stopsInRoom(flight, false, sweep)) return;
+    if (sweep.slack < give_up_below || stopsHere()) return;
     piece = fly(flight, track(plan, flight));
   }
   surroundings_.pass(piece, sweep);
@@ -186,16 +195,19 @@ Verdict StopCheck::judge(const Eigen::Vector3d& command, double give_up_below) c
     late.hull.col(3) = late.end + lateness(held.v);
     surroundings_.pass(late, sweep);
     if (sweep.slack >= give_up_below) brakeToRest(held, true, give_up_below, sweep);
-    best = {sweep.slack, sweep.cause, nullptr};
+    best = {sweep.slack, sweep.cause, nullptr, sweep.slack >= -kRounding};
   }
+  const double excused = surroundings_.excused();
   for (const StopPath* plan : {input_.plan, input_.kept_plan})
   {
-    if (best.good()) break;
+    if (best.good) break;
     if (!wellFormed(plan)) continue;
     Sweep sweep;
     surroundings_.look(held.p, sweep);
-    followToRest(held, *plan, piece, std::max(give_up_below, std::min(best.slack, 0.0)), sweep);
-    if (sweep.slack > best.slack) best = {sweep.slack, sweep.cause, plan};
+    const double allowed = -kRounding - std::max(0.0, graze_m_ - excused);
+    followToRest(held, *plan, piece, std::max(give_up_below, std::min(best.slack, allowed)), sweep);
+    if (sweep.slack >= allowed || sweep.slack > best.slack)
+      best = {sweep.slack, sweep.cause, plan, sweep.slack >= allowed};
   }
   return best;
 }

@@ -16,8 +16,7 @@ struct Verdict
   double slack = -std::numeric_limits<double>::infinity();  ///< [m] of the way to rest
   Cause cause = Cause::Map;
   const StopPath* plan = nullptr;  ///< null: straight away
-
-  [[nodiscard]] bool good() const { return slack >= -1e-9; }
+  bool good = false;
 };
 
 /// Looks for ways to stop after a command, from one input of the gate.
@@ -34,6 +33,9 @@ class StopCheck
 
   /// The command with which the simulated vehicle starts to follow a plan, not yet limited.
   [[nodiscard]] Eigen::Vector3d follow(const StopPath& plan) const;
+
+  /// The direction in which the map gives way where the command takes effect; 0 if unknown.
+  [[nodiscard]] Eigen::Vector3d away() const { return surroundings_.away(); }
 
   /// [m] What a slack of 0 falls short of the radius; above 0 where the vehicle is too near
   /// already.
@@ -59,7 +61,7 @@ class StopCheck
 
   const GateInput& input_;
   const core::Vehicle& vehicle_;
-  double lag_reserve_s_, hold_s_;
+  double lag_reserve_s_, graze_m_, hold_s_;
   core::VelocityResponse response_;
   Flight begin_;
   Surroundings surroundings_;

@@ -71,6 +71,13 @@ double Surroundings::excused() const
   return most;
 }
 
+Eigen::Vector3d Surroundings::away() const
+{
+  const auto here = field_ ? field_->sample(from_L_, config_.unknown) : std::nullopt;
+  return here && here->gradient.allFinite() ? here->gradient.stableNormalized()
+                                            : Eigen::Vector3d(Eigen::Vector3d::Zero());
+}
+
 /// Below zero inside obstacles and outside the map.
 double Surroundings::signedAt(const Eigen::Vector3d& p_L, UnknownAs unknown) const
 {

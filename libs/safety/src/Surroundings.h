@@ -67,6 +67,9 @@ class Surroundings
   /// last tells; -infinity where that says nothing.
   [[nodiscard]] double room(const Eigen::Vector3d& p_L, const Sweep& sweep) const;
 
+  /// Where to from the start of all ways, for more clearance; a unit vector, or 0 if not known.
+  [[nodiscard]] Eigen::Vector3d away() const;
+
   /// [m] what may be missing to the radius, 0 unless the vehicle is already nearer.
   [[nodiscard]] double excused() const;
 

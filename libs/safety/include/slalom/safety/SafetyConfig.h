@@ -19,7 +19,10 @@ struct SafetyConfig
   double fence_max_x_m = 1e6, fence_max_y_m = 1e6, fence_max_z_m = 1e6;
   bool verify_stop = true;  ///< a command must leave a way to stop; false as in the paper
   core::UnknownAs unknown = core::UnknownAs::Occupied;  ///< for the way to stop
-  double lag_reserve_s = 0.05;   ///< [s] the vehicle may lag this much more than assumed
+  double lag_reserve_s = 0.05;  ///< [s] the vehicle may lag this much more than assumed
+  /// [m] a stop along a plan may come this much nearer than the radius: what the simulated flight
+  /// along the plan may err; braking straight away may not
+  double graze_m = 0.03;
   double mover_horizon_s = 2.0;  ///< [s] moving obstacles are believed this far ahead
   double mover_sigmas = 2.0;     ///< [1] standard deviations of their place that are kept clear
 
@@ -56,6 +59,8 @@ struct SafetyConfig
       "how that way treats space that was not seen");
     v("lag_reserve_s", c.lag_reserve_s, Range{0.0, 1.0},
       "a stop must not need the vehicle's lag to be better known than this", Level::Expert);
+    v("graze_m", c.graze_m, Range{0.0, 0.5},
+      "a stop along a plan may come this much nearer than the radius", Level::Expert);
     v("mover_horizon_s", c.mover_horizon_s, Range{0.0, 10.0},
       "how far ahead the motion of moving obstacles is believed", Level::Expert);
     v("mover_sigmas", c.mover_sigmas, Range{0.0, 6.0},
