@@ -128,7 +128,8 @@ void Pass::keepStop()
   if (!map && input.movers.empty()) return;
   const StopCheck check(input, config, vehicle, last.v_W, map);
   const Verdict verdict = check.judge(target, -std::numeric_limits<double>::infinity());
-  output.stop_margin_m = verdict.slack - check.excused();
+  // Without anything around there is no margin to tell of.
+  if (std::isfinite(verdict.slack)) output.stop_margin_m = verdict.slack - check.excused();
   output.stop_plan = verdict.plan;
   if (!verdict.good) chooseInstead(check, verdict);
 }

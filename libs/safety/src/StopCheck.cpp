@@ -93,10 +93,13 @@ Piece StopCheck::fly(Flight& flight, const Eigen::Vector3d& command) const
 }
 
 /** Where a vehicle that lags more than assumed is, seen from where it should be: with the same
- * commands the way gone is the integral of the commands less lag * (velocity gained). */
+ * commands the way gone is the integral of the commands less lag * (velocity gained). Counts where
+ * speed is shed; who gains speed late is only behind on the same way. */
 Eigen::Vector3d StopCheck::lateness(const Eigen::Vector3d& v) const
 {
-  return lag_reserve_s_ * (begin_.v - v);
+  const Eigen::Vector3d shed = begin_.v - v;
+  return lag_reserve_s_ *
+         (shed.array() * begin_.v.array() > 0.0).select(shed, Eigen::Vector3d::Zero());
 }
 
 /// Whether a brake from here stays in the room that is known to be clear.

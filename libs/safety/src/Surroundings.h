@@ -42,7 +42,7 @@ struct Sweep
 
   void lower(double to, Cause because)
   {
-    if (to >= slack) return;
+    if (!(to < slack)) return;  // what is not a number says nothing
     slack = to;
     cause = because;
   }

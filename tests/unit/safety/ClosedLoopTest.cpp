@@ -2,8 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <numbers>
+#include <cstdio>
 
 #include "GateFlight.h"
 
@@ -63,6 +62,7 @@ struct Attack
   double speed = 1.2, acceleration = 1.0, lag = 0.2, true_lag = 0.2, delay = 0.0;
   int flights = 12, ticks = 400;
   bool lying_plans = false;
+  double graze = safety::SafetyConfig{}.graze_m;
   double distance = 0.0;  // flown, in all
 };
 
@@ -77,8 +77,9 @@ safety::StopPath lie(core::Rng& rng, const test::GateFlight& flight)
     path.p_L.push_back(p);
     path.v_L.push_back(v);
     p += 0.05 * v;
-    v = (v + 0.05 * a).cwiseMax(-flight.vehicle.max_speed_mps).cwiseMin(
-        flight.vehicle.max_speed_mps);
+    v = (v + 0.05 * a)
+            .cwiseMax(-flight.vehicle.max_speed_mps)
+            .cwiseMin(flight.vehicle.max_speed_mps);
   }
   path.v_L.back().setZero();
   return path;
@@ -103,7 +104,9 @@ double leastClearanceUnder(Attack& attack, std::uint64_t seed)
   flight.vehicle.command_delay_s = attack.delay;
   flight.true_lag_s = attack.true_lag;
   flight.field = test::makeForest(rng, 50, flight.vehicle.radius_m);
-  const safety::OutputGate gate({}, flight.vehicle);
+  safety::SafetyConfig config;
+  config.graze_m = attack.graze;
+  const safety::OutputGate gate(config, flight.vehicle);
   Malice malice(rng, flight.vehicle);
   safety::StopPath plan, kept;
   bool relies = false;
@@ -139,15 +142,15 @@ double worstOf(Attack& attack, std::uint64_t first_seed)
 TEST(ClosedLoop, NoCommandMakesAVehicleHitWhenItsLagIsKnown)
 {
   std::uint64_t seed = 100;
-  for (Attack attack : {Attack{}, Attack{.speed = 2.0, .acceleration = 3.0, .lag = 0.25, .true_lag = 0.25},
-                        Attack{.lag = 0.0, .true_lag = 0.0}, Attack{.delay = 0.04}})
+  for (Attack attack :
+       {Attack{}, Attack{.speed = 2.0, .acceleration = 3.0, .lag = 0.25, .true_lag = 0.25},
+        Attack{.lag = 0.0, .true_lag = 0.0}, Attack{.delay = 0.04}})
   {
     SCOPED_TRACE(testing::Message() << "speed " << attack.speed << ", lag " << attack.lag
                                     << ", delay " << attack.delay);
     const double least = worstOf(attack, seed += 100);
     EXPECT_GE(least, -1e-6);
     EXPECT_GT(attack.distance, 2.0 * attack.flights);  // the gate did not just stand still
-    RecordProperty("least_clearance_mm_" + std::to_string(seed), int(1e3 * least));
     std::printf("known lag, speed %.1f: least clearance beyond the radius %.4f m, %.0f m flown\n",
                 attack.speed, least, attack.distance);
   }
@@ -155,11 +158,15 @@ TEST(ClosedLoop, NoCommandMakesAVehicleHitWhenItsLagIsKnown)
 
 TEST(ClosedLoop, NorWithPlansThatLie)
 {
-  Attack attack{.lying_plans = true};
-  const double least = worstOf(attack, 1000);
-  std::printf("lying plans: least clearance beyond the radius %.4f m, %.0f m flown\n", least,
-              attack.distance);
-  EXPECT_GE(least, -1e-3);
+  for (const double graze : {0.0, safety::SafetyConfig{}.graze_m})
+  {
+    Attack attack{.lying_plans = true, .graze = graze};
+    const double least = worstOf(attack, 1000);
+    std::printf(
+        "lying plans, graze %.2f m: least clearance beyond the radius %.4f m, %.0f m flown\n",
+        graze, least, attack.distance);
+    EXPECT_GE(least, -graze - 0.01);
+  }
 }
 
 TEST(ClosedLoop, AWrongLagCostsCentimetres)
@@ -180,14 +187,8 @@ struct Slalom
 {
   double speed, weave, omega;  // [m/s] along x, [m] amplitude, [rad/s]
 
-  [[nodiscard]] Vec3 p(double s) const
-  {
-    return {speed * s, weave * std::sin(omega * s), 0.0};
-  }
-  [[nodiscard]] Vec3 v(double s) const
-  {
-    return {speed, weave * omega * std::cos(omega * s), 0.0};
-  }
+  [[nodiscard]] Vec3 p(double s) const { return {speed * s, weave * std::sin(omega * s), 0.0}; }
+  [[nodiscard]] Vec3 v(double s) const { return {speed, weave * omega * std::cos(omega * s), 0.0}; }
   [[nodiscard]] Vec3 a(double s) const
   {
     return {0.0, -weave * omega * omega * std::sin(omega * s), 0.0};
@@ -235,8 +236,7 @@ struct Slalom
       if (nearest() >= gap && i % 4 == 0) trunks.push_back(test::VerticalCylinder{centre, radius});
     }
     return std::make_shared<const test::AnalyticField>(
-        std::move(trunks),
-        Eigen::AlignedBox3d(Vec3(-5, -6, -3), Vec3(length + 10, 6, 3)));
+        std::move(trunks), Eigen::AlignedBox3d(Vec3(-5, -6, -3), Vec3(length + 10, 6, 3)));
   }
 };
 
@@ -282,11 +282,7 @@ Tally flySlalom(const core::Vehicle& vehicle, double speed, double true_lag, dou
                         .cwiseMin(vehicle.max_speed_mps);
     const GateOutput out = gate.pass(in);
     ++tally.ticks;
-    if (out.intervention != Intervention::None)
-    {
-      ++tally.touched;
-      if (std::getenv("SHOW")) std::printf("%g: %s | err %.3f d %.3f v %.2f %.2f w %.2f %.2f c %.2f %.2f last %.2f %.2f plan %d\n", s, out.reason.c_str(), (flight.motion.p - slalom.p(s)).norm(), flight.field->signedDistance(flight.motion.p)-.35, flight.motion.v.x(), flight.motion.v.y(), in.wanted.v_W.x(), in.wanted.v_W.y(), out.command.v_W.x(), out.command.v_W.y(), flight.last.v_W.x(), flight.last.v_W.y(), out.stop_plan != nullptr);
-    }
+    tally.touched += out.intervention != Intervention::None;
     flight.obey(out.command);
     // Gusts: a velocity that comes and goes.
     gust += -0.1 * gust + noise * Vec3(rng.normal(), rng.normal(), 0.0);
@@ -300,28 +296,42 @@ Tally flySlalom(const core::Vehicle& vehicle, double speed, double true_lag, dou
   return tally;
 }
 
+struct Weather
+{
+  double gusts, true_lag;
+};
+
+/* Beside the law itself, what the gate is for: where gusts would push the vehicle too near, it does
+ * not make that worse. */
 TEST(ClosedLoop, AGoodPlanIsNotTouched)
 {
   for (const double speed : {1.0, 1.8})
-    for (const double noise : {0.0, 0.004, 0.01})
-      for (const double true_lag : {0.2, 0.25})
+    for (const Weather& w : {Weather{0.0, 0.2}, Weather{0.0, 0.25}, Weather{0.002, 0.25},
+                             Weather{0.004, 0.2}, Weather{0.006, 0.2}})
+    {
+      const core::Vehicle vehicle = vehicleOf(speed / 0.9, speed > 1.5 ? 3.0 : 1.0, 0.2);
+      Tally sum;
+      int clear_flights = 0;
+      for (std::uint64_t seed = 3000; seed < 3005; ++seed)
       {
-        const core::Vehicle vehicle = vehicleOf(speed / 0.9, speed > 1.5 ? 3.0 : 1.0, 0.2);
-        Tally sum;
-        for (std::uint64_t seed = 0; seed < 8; ++seed)
-        {
-          const Tally one = flySlalom(vehicle, speed, true_lag, noise, 3000 + seed, true);
-          const Tally free = flySlalom(vehicle, speed, true_lag, noise, 3000 + seed, false);
-          std::printf("   %d of %d touched, error %.3f (%.3f), clearance %.3f (%.3f)\n", one.touched, one.ticks, one.worst_error, free.worst_error, one.least_clearance, free.least_clearance);
-          sum.ticks += one.ticks;
-          sum.touched += one.touched;
-          sum.worst_error = std::max(sum.worst_error, one.worst_error);
-          sum.least_clearance = std::min(sum.least_clearance, one.least_clearance);
-        }
-        std::printf("speed %.1f noise %.3f lag %.2f: %d of %d touched, error %.3f, clearance %.3f\n",
-                    speed, noise, true_lag, sum.touched, sum.ticks, sum.worst_error,
-                    sum.least_clearance);
+        SCOPED_TRACE(testing::Message() << "seed " << seed << ", speed " << speed << ", gusts "
+                                        << w.gusts << ", lag " << w.true_lag);
+        const Tally gated = flySlalom(vehicle, speed, w.true_lag, w.gusts, seed, true);
+        const Tally free = flySlalom(vehicle, speed, w.true_lag, w.gusts, seed, false);
+        EXPECT_GE(gated.least_clearance, std::min(free.least_clearance, 0.0) - 0.02);
+        if (free.least_clearance < 0.0) continue;
+        ++clear_flights;
+        sum.ticks += gated.ticks;
+        sum.touched += gated.touched;
+        sum.worst_error = std::max(sum.worst_error, gated.worst_error);
       }
+      std::printf(
+          "speed %.1f, gusts %.3f, lag %.2f: %d of %d ticks touched in %d clear flights, "
+          "off the plan by up to %.3f m\n",
+          speed, w.gusts, w.true_lag, sum.touched, sum.ticks, clear_flights, sum.worst_error);
+      EXPECT_LE(sum.touched, 0.01 * sum.ticks);
+      EXPECT_GE(clear_flights, w.gusts == 0.0 ? 5 : 1);
+    }
 }
 
 }  // namespace

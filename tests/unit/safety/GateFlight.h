@@ -15,7 +15,7 @@ namespace slalom::test
 /// A vehicle behind the gate, and what it came nearest to.
 struct GateFlight
 {
-  core::Vehicle vehicle;   ///< as the gate knows it
+  core::Vehicle vehicle;  ///< as the gate knows it
   double true_lag_s = vehicle.velocity_lag_s;
   double period_s = 0.05;
   std::shared_ptr<const AnalyticField> field;
