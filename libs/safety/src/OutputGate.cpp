@@ -77,7 +77,8 @@ struct Pass
 
   [[nodiscard]] Distrust distrust() const;
   void fence();
-  void keepStop();
+  void keepStop(bool trusted);
+  void followInstead(const StopCheck& check, const Verdict& grazing);
   void chooseInstead(const StopCheck& check, const Verdict& refused);
   void describe(const Eigen::Vector3d& wanted, const Distrust& distrust);
   [[nodiscard]] const core::DistanceField* field() const;
@@ -122,7 +123,7 @@ void Pass::fence()
                     vehicle.max_acceleration_mps2});
 }
 
-void Pass::keepStop()
+void Pass::keepStop(bool trusted)
 {
   const core::DistanceField* map = field();
   if (!map && input.movers.empty()) return;
@@ -132,6 +133,24 @@ void Pass::keepStop()
   if (std::isfinite(verdict.slack)) output.stop_margin_m = verdict.slack - check.excused();
   output.stop_plan = verdict.plan;
   if (!verdict.good) chooseInstead(check, verdict);
+  // A brake of the gate's own choice should not even graze.
+  if (verdict.good && verdict.slack < 0.0 && !trusted) followInstead(check, verdict);
+}
+
+void Pass::followInstead(const StopCheck& check, const Verdict& grazing)
+{
+  double slack = grazing.slack;
+  for (const StopPath* plan : {input.plan, input.kept_plan})
+  {
+    if (!plan) continue;
+    const Eigen::Vector3d command = detail::limited(check.follow(*plan), last.v_W, change, vehicle);
+    const Verdict verdict = check.judge(command, slack);
+    if (!(verdict.slack > slack)) continue;
+    target = command;
+    slack = verdict.slack;
+    output.stop_plan = verdict.plan;
+    output.stop_margin_m = slack - check.excused();
+  }
 }
 
 void Pass::chooseInstead(const StopCheck& check, const Verdict& refused)
@@ -192,7 +211,7 @@ void Pass::describe(const Eigen::Vector3d& wanted, const Distrust& distrust)
                       std::abs(input.wanted.yaw_rate) <= kSame;
     output.intervention = same ? Intervention::None : distrust.intervention;
     output.reason = same ? std::string() : distrust.reason;
-    if (!same && differs(output.command.v_W, brake)) output.reason += ", along a planned stop";
+    if (!same && output.stop_plan) output.reason += ", along a planned stop";
     return;
   }
   if (output.intervention != Intervention::None) return;
@@ -263,7 +282,7 @@ GateOutput OutputGate::pass(const GateInput& input) const
   if (plausible(input) && distrust.intervention != Intervention::StateTooOld)
   {
     pass.fence();
-    if (config_.verify_stop) pass.keepStop();
+    if (config_.verify_stop) pass.keepStop(trusted);
   }
   GateOutput& output = pass.output;
   output.command.v_W = detail::limited(pass.target, pass.last.v_W, pass.change, vehicle_);

@@ -95,37 +95,37 @@ Piece StopCheck::fly(Flight& flight, const Eigen::Vector3d& command) const
 /** Where a vehicle that lags more than assumed is, seen from where it should be: with the same
  * commands the way gone is the integral of the commands less lag * (velocity gained). Counts where
  * speed is shed; who gains speed late is only behind on the same way. */
-Eigen::Vector3d StopCheck::lateness(const Eigen::Vector3d& v) const
+Eigen::Vector3d StopCheck::lateness(const Eigen::Vector3d& from, const Eigen::Vector3d& v) const
 {
-  const Eigen::Vector3d shed = begin_.v - v;
-  return lag_reserve_s_ *
-         (shed.array() * begin_.v.array() > 0.0).select(shed, Eigen::Vector3d::Zero());
+  const Eigen::Vector3d shed = from - v;
+  return lag_reserve_s_ * (shed.array() * from.array() > 0.0).select(shed, Eigen::Vector3d::Zero());
 }
 
 /// Whether a brake from here stays in the room that is known to be clear.
-bool StopCheck::stopsInRoom(const Flight& flight, bool reserve, Sweep& sweep) const
+bool StopCheck::stopsInRoom(const Flight& flight, double late, Sweep& sweep) const
 {
   const double room = surroundings_.room(flight.p, sweep);
   if (room < 0.0) return false;
   const Eigen::Vector3d reach = 0.5 / vehicle_.max_acceleration_mps2 * flight.u.cwiseAbs2() +
                                 vehicle_.velocity_lag_s * flight.v.cwiseAbs();
-  const double left =
-      room - reach.norm() -
-      (reserve ? lag_reserve_s_ * (begin_.v.norm() + flight.v.norm() + flight.u.norm()) : 0.0);
+  const double left = room - reach.norm() - late;
   if (left < 0.0) return false;
   sweep.lower(left, Cause::Map);
   return true;
 }
 
-void StopCheck::brakeToRest(Flight flight, bool reserve, double give_up_below, Sweep& sweep) const
+void StopCheck::brakeToRest(Flight flight, const Eigen::Vector3d& from, double give_up_below,
+                            Sweep& sweep) const
 {
   const double change = vehicle_.max_acceleration_mps2 * hold_s_;
+  const double most_late =
+      from.isZero(0.0) ? 0.0 : lag_reserve_s_ * (from.norm() + flight.v.norm() + flight.u.norm());
   while (!flight.u.isZero(0.0))
   {
-    if (stopsInRoom(flight, reserve, sweep)) return;
+    if (stopsInRoom(flight, most_late, sweep)) return;
     Piece piece = fly(flight, braked(flight.u, change));
-    if (reserve) piece.hull.col(2) = piece.end + lateness(flight.v);
-    if (reserve) piece.hull.col(2).swap(piece.hull.col(3));
+    piece.hull.col(3) += lateness(from, flight.v);
+    piece.hull.col(2) = piece.end;
     surroundings_.pass(piece, sweep);
     if (sweep.slack < give_up_below) return;
   }
@@ -134,7 +134,7 @@ void StopCheck::brakeToRest(Flight flight, bool reserve, double give_up_below, S
   piece.hull.col(0) = piece.hull.col(1) = flight.p;
   piece.hull.col(3) = piece.end = flight.p + vehicle_.velocity_lag_s * flight.v;
   piece.hull.col(2) = piece.end;
-  if (reserve) piece.hull.col(3) += lateness(Eigen::Vector3d::Zero());
+  piece.hull.col(3) += lateness(from, Eigen::Vector3d::Zero());
   piece.tau = flight.tau;
   piece.duration = 3.0 * vehicle_.velocity_lag_s;
   piece.spread = flight.v.norm();
@@ -166,7 +166,7 @@ void StopCheck::followToRest(Flight flight, const StopPath& plan, const Piece& h
   const auto stopsHere = [&]
   {
     surroundings_.look(flight.p, sweep);
-    return stopsInRoom(flight, false, sweep);
+    return stopsInRoom(flight, 0.0, sweep);
   };
   for (int step = 0; step < kMostFollowSteps && flight.tau < end; ++step)
   {
@@ -182,11 +182,13 @@ void StopCheck::followToRest(Flight flight, const StopPath& plan, const Piece& h
     piece = fly(flight, track(plan, flight));
   }
   surroundings_.pass(piece, sweep);
-  brakeToRest(flight, false, give_up_below, sweep);
+  brakeToRest(flight, Eigen::Vector3d::Zero(), give_up_below, sweep);
 }
 
 Verdict StopCheck::judge(const Eigen::Vector3d& command, double give_up_below) const
 {
+  // What is good must have been looked at to its end.
+  give_up_below = std::min(give_up_below, -kRounding);
   Flight held = begin_;
   const Piece piece = fly(held, command);
   Verdict best;
@@ -195,9 +197,12 @@ Verdict StopCheck::judge(const Eigen::Vector3d& command, double give_up_below) c
     surroundings_.look(held.p, sweep);
     Piece late = piece;
     late.hull.col(2) = late.end;
-    late.hull.col(3) = late.end + lateness(held.v);
+    late.hull.col(3) = late.end + lateness(begin_.v, held.v);
     surroundings_.pass(late, sweep);
-    if (sweep.slack >= give_up_below) brakeToRest(held, true, give_up_below, sweep);
+    // The next pass will count from the speed that this command leads to.
+    const Eigen::Vector3d fastest =
+        (held.v.array().abs() > begin_.v.array().abs()).select(held.v, begin_.v);
+    if (sweep.slack >= give_up_below) brakeToRest(held, fastest, give_up_below, sweep);
     best = {sweep.slack, sweep.cause, nullptr, sweep.slack >= -kRounding};
   }
   const double excused = surroundings_.excused();
@@ -208,7 +213,7 @@ Verdict StopCheck::judge(const Eigen::Vector3d& command, double give_up_below) c
     Sweep sweep;
     surroundings_.look(held.p, sweep);
     const double allowed = -kRounding - std::max(0.0, graze_m_ - excused);
-    followToRest(held, *plan, piece, std::max(give_up_below, std::min(best.slack, allowed)), sweep);
+    followToRest(held, *plan, piece, std::min(std::max(give_up_below, best.slack), allowed), sweep);
     if (sweep.slack >= allowed || sweep.slack > best.slack)
       best = {sweep.slack, sweep.cause, plan, sweep.slack >= allowed};
   }

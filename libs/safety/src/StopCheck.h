@@ -52,12 +52,15 @@ class StopCheck
 
  private:
   [[nodiscard]] Piece fly(Flight& flight, const Eigen::Vector3d& command) const;
-  void brakeToRest(Flight flight, bool reserve, double give_up_below, Sweep& sweep) const;
+  /// @param from what the reserve of lag counts from; zero: without it
+  void brakeToRest(Flight flight, const Eigen::Vector3d& from, double give_up_below,
+                   Sweep& sweep) const;
   void followToRest(Flight flight, const StopPath& plan, const Piece& held, double give_up_below,
                     Sweep& sweep) const;
-  [[nodiscard]] bool stopsInRoom(const Flight& flight, bool reserve, Sweep& sweep) const;
+  [[nodiscard]] bool stopsInRoom(const Flight& flight, double late, Sweep& sweep) const;
   [[nodiscard]] Eigen::Vector3d track(const StopPath& plan, const Flight& flight) const;
-  [[nodiscard]] Eigen::Vector3d lateness(const Eigen::Vector3d& v) const;
+  [[nodiscard]] Eigen::Vector3d lateness(const Eigen::Vector3d& from,
+                                         const Eigen::Vector3d& v) const;
 
   const GateInput& input_;
   const core::Vehicle& vehicle_;
