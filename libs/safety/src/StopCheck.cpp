@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "StopCheck.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "CommandLimits.h"
+
+namespace slalom::safety::detail
+{
+namespace
+{
+constexpr double kShortestHold = 0.02, kLongestHold = 0.5;  // [s]
+constexpr double kLongestLead = 1.0;                        // [s]
+constexpr double kRounding = 1e-9;                          // [m]
+constexpr int kMostBrakeSteps = 200, kMostFollowSteps = 400;
+
+/// A simulated step must be short beside the braking time only where that is long.
+double holdOf(const GateInput& input, const core::Vehicle& vehicle)
+{
+  const double shortest = std::max(
+      kShortestHold, vehicle.max_speed_mps / (vehicle.max_acceleration_mps2 * kMostBrakeSteps));
+  const double asked = std::max(std::isfinite(input.dt) ? input.dt : 0.0,
+                                std::isfinite(input.hold_s) ? input.hold_s : 0.0);
+  return std::clamp(asked, shortest, std::max(shortest, kLongestHold));
+}
+
+StopCheck::Flight beginOf(const GateInput& input, const core::Vehicle& vehicle,
+                          const Eigen::Vector3d& last)
+{
+  const double from = input.state.t - input.t;
+  const double lead = std::clamp(vehicle.command_delay_s - from, 0.0, kLongestLead);
+  const core::Motion now{input.state.p_L, input.state.v_W};
+  const core::Motion then = core::held(now, {last, 0.0}, lead, vehicle);
+  return {then.p, then.v, last, from + lead};
+}
+
+bool wellFormed(const StopPath* plan)
+{
+  return plan && plan->p_L.size() >= 2 && plan->v_L.size() == plan->p_L.size() &&
+         plan->step_s >= 1e-3 && plan->step_s <= 10.0;
+}
+
+double durationOf(const StopPath& plan)
+{
+  return static_cast<double>(plan.p_L.size() - 1) * plan.step_s;
+}
+
+Eigen::Vector3d at(const std::vector<Eigen::Vector3d>& values, double index)
+{
+  const double last = static_cast<double>(values.size() - 1);
+  if (!(index < last)) return values.back();
+  const auto i = static_cast<std::size_t>(std::max(index, 0.0));
+  const double t = std::max(index, 0.0) - static_cast<double>(i);
+  return (1.0 - t) * values[i] + t * values[i + 1];
+}
+}  // namespace
+
+StopCheck::StopCheck(const GateInput& input, const SafetyConfig& config,
+                     const core::Vehicle& vehicle, const Eigen::Vector3d& last,
+                     const core::DistanceField* field)
+    : input_(input),
+      vehicle_(vehicle),
+      lag_reserve_s_(config.lag_reserve_s),
+      graze_m_(config.graze_m),
+      hold_s_(holdOf(input, vehicle)),
+      response_(core::VelocityResponse::over(hold_s_, vehicle.velocity_lag_s)),
+      begin_(beginOf(input, vehicle, last)),
+      surroundings_(input, config, vehicle, field, begin_.p, begin_.tau)
+{
+}
+
+/* With v' = (u - v) / lag the velocity in a step is a mixture of the first and the last one whose
+ * weights move one way only. So p = p0 + A v0 + B v1 with A, B growing to alpha, beta and B convex
+ * in A: the way stays in the triangle p0, p0 + alpha v0, p0 + alpha v0 + beta v1 = p1. */
+Piece StopCheck::fly(Flight& flight, const Eigen::Vector3d& command) const
+{
+  const core::VelocityResponse& r = response_;
+  const double alpha = r.p_v - r.v_v * r.p_u / r.v_u;
+  const Flight from = flight;
+  flight.p = from.p + r.p_v * from.v + r.p_u * command;
+  flight.v = r.v_v * from.v + r.v_u * command;
+  flight.u = command;
+  flight.tau += hold_s_;
+  Piece piece;
+  piece.hull.col(0) = from.p;
+  piece.hull.col(1) = piece.hull.col(2) = from.p + alpha * from.v;
+  piece.hull.col(3) = piece.end = flight.p;
+  piece.tau = from.tau;
+  piece.duration = hold_s_;
+  piece.spread = (flight.v - from.v).norm();
+  return piece;
+}
+
+/** Where a vehicle that lags more than assumed is, seen from where it should be: with the same
+ * commands the way gone is the integral of the commands less lag * (velocity gained). Counts where
+ * speed is shed; who gains speed late is only behind on the same way. */
+Eigen::Vector3d StopCheck::lateness(const Eigen::Vector3d& from, const Eigen::Vector3d& v) const
+{
+  const Eigen::Vector3d shed = from - v;
+  return lag_reserve_s_ * (shed.array() * from.array() > 0.0).select(shed, Eigen::Vector3d::Zero());
+}
+
+/// Whether a brake from here stays in the room that is known to be clear.
+bool StopCheck::stopsInRoom(const Flight& flight, double late, Sweep& sweep) const
+{
+  const double room = surroundings_.room(flight.p, sweep);
+  if (room < 0.0) return false;
+  const Eigen::Vector3d reach = 0.5 / vehicle_.max_acceleration_mps2 * flight.u.cwiseAbs2() +
+                                vehicle_.velocity_lag_s * flight.v.cwiseAbs();
+  const double left = room - reach.norm() - late;
+  if (left < 0.0) return false;
+  sweep.lower(left, Cause::Map);
+  return true;
+}
+
+void StopCheck::brakeToRest(Flight flight, const Eigen::Vector3d& from, double give_up_below,
+                            Sweep& sweep) const
+{
+  const double change = vehicle_.max_acceleration_mps2 * hold_s_;
+  const double most_late =
+      from.isZero(0.0) ? 0.0 : lag_reserve_s_ * (from.norm() + flight.v.norm() + flight.u.norm());
+  while (!flight.u.isZero(0.0))
+  {
+    if (stopsInRoom(flight, most_late, sweep)) return;
+    Piece piece = fly(flight, braked(flight.u, change));
+    piece.hull.col(3) += lateness(from, flight.v);
+    piece.hull.col(2) = piece.end;
+    surroundings_.pass(piece, sweep);
+    if (sweep.slack < give_up_below) return;
+  }
+  // From here on straight to where the lag lets it come to rest.
+  Piece piece;
+  piece.hull.col(0) = piece.hull.col(1) = flight.p;
+  piece.hull.col(3) = piece.end = flight.p + vehicle_.velocity_lag_s * flight.v;
+  piece.hull.col(2) = piece.end;
+  piece.hull.col(3) += lateness(from, Eigen::Vector3d::Zero());
+  piece.tau = flight.tau;
+  piece.duration = 3.0 * vehicle_.velocity_lag_s;
+  piece.spread = flight.v.norm();
+  surroundings_.pass(piece, sweep);
+}
+
+/// Feed-forward of the plan's velocity, what the lag takes of it, and a pull to the plan.
+Eigen::Vector3d StopCheck::track(const StopPath& plan, const Flight& flight) const
+{
+  const double lag = vehicle_.velocity_lag_s, gain = lag > 0.2 ? 0.5 / lag : 2.5;
+  const double now = flight.tau / plan.step_s, ahead = hold_s_ / plan.step_s;
+  const Eigen::Vector3d before = at(plan.v_L, now), after = at(plan.v_L, now + ahead);
+  const Eigen::Vector3d u = 0.5 * (before + after) + lag / hold_s_ * (after - before) +
+                            gain * (at(plan.p_L, now) - flight.p);
+  return limited(u, flight.u, vehicle_.max_acceleration_mps2 * hold_s_, vehicle_);
+}
+
+Eigen::Vector3d StopCheck::follow(const StopPath& plan) const
+{
+  return wellFormed(&plan) ? track(plan, begin_) : begin_.u;
+}
+
+void StopCheck::followToRest(Flight flight, const StopPath& plan, const Piece& held,
+                             double give_up_below, Sweep& sweep) const
+{
+  Piece piece = held;
+  const double end = durationOf(plan);
+  // Asked anew in every step, so that the next pass of the gate finds what this one relies on.
+  const auto stopsHere = [&]
+  {
+    surroundings_.look(flight.p, sweep);
+    return stopsInRoom(flight, 0.0, sweep);
+  };
+  for (int step = 0; step < kMostFollowSteps && flight.tau < end; ++step)
+  {
+    if (stopsHere()) return surroundings_.pass(piece, sweep);
+    // Two steps share one hull: the end of the first lies between their middle points.
+    const Piece next = fly(flight, track(plan, flight));
+    piece.hull.col(2) = next.hull.col(1);
+    piece.hull.col(3) = piece.end = next.end;
+    piece.duration += next.duration;
+    piece.spread += next.spread;
+    surroundings_.pass(piece, sweep);
+    if (sweep.slack < give_up_below || stopsHere()) return;
+    piece = fly(flight, track(plan, flight));
+  }
+  surroundings_.pass(piece, sweep);
+  brakeToRest(flight, Eigen::Vector3d::Zero(), give_up_below, sweep);
+}
+
+Verdict StopCheck::judge(const Eigen::Vector3d& command, double give_up_below) const
+{
+  // What is good must have been looked at to its end.
+  give_up_below = std::min(give_up_below, -kRounding);
+  Flight held = begin_;
+  const Piece piece = fly(held, command);
+  Verdict best;
+  {
+    Sweep sweep;
+    surroundings_.look(held.p, sweep);
+    Piece late = piece;
+    late.hull.col(2) = late.end;
+    late.hull.col(3) = late.end + lateness(begin_.v, held.v);
+    surroundings_.pass(late, sweep);
+    // The next pass will count from the speed that this command leads to.
+    const Eigen::Vector3d fastest =
+        (held.v.array().abs() > begin_.v.array().abs()).select(held.v, begin_.v);
+    if (sweep.slack >= give_up_below) brakeToRest(held, fastest, give_up_below, sweep);
+    best = {sweep.slack, sweep.cause, nullptr, sweep.slack >= -kRounding};
+  }
+  const double excused = surroundings_.excused();
+  for (const StopPath* plan : {input_.plan, input_.kept_plan})
+  {
+    if (best.good) break;
+    if (!wellFormed(plan)) continue;
+    Sweep sweep;
+    surroundings_.look(held.p, sweep);
+    const double allowed = -kRounding - std::max(0.0, graze_m_ - excused);
+    followToRest(held, *plan, piece, std::min(std::max(give_up_below, best.slack), allowed), sweep);
+    if (sweep.slack >= allowed || sweep.slack > best.slack)
+      best = {sweep.slack, sweep.cause, plan, sweep.slack >= allowed};
+  }
+  return best;
+}
+
+}  // namespace slalom::safety::detail

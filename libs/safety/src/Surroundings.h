@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <limits>
+
+#include "slalom/core/DistanceField.h"
+#include "slalom/core/Vehicle.h"
+#include "slalom/safety/OutputGate.h"
+#include "slalom/safety/SafetyConfig.h"
+
+namespace slalom::safety::detail
+{
+/// What a way comes nearest to.
+enum class Cause
+{
+  Map,
+  Mover,
+  Fence
+};
+
+/// A piece of a way: all of it lies in the hull.
+struct Piece
+{
+  core::Hull4 hull;     ///< [m] local frame; starts at column 0
+  Eigen::Vector3d end;  ///< [m] where the piece ends; in the hull
+  double tau = 0.0;     ///< [s] from now, when it starts
+  double duration = 0.0;
+  double spread = 0.0;  ///< [m/s] the velocities in it are this near to each other
+};
+
+/// A way that is being looked at, piece by piece.
+struct Sweep
+{
+  double slack = std::numeric_limits<double>::infinity();  ///< [m] least clearance - required one
+  Cause cause = Cause::Map;                                ///< of the least one
+  Eigen::Vector3d anchor = Eigen::Vector3d::Zero();        ///< [m] the place last looked up
+  /// [m] The map's slack there, per layer.
+  std::array<double, 2> anchor_slack{-std::numeric_limits<double>::infinity(),
+                                     -std::numeric_limits<double>::infinity()};
+
+  void lower(double to, Cause because)
+  {
+    if (!(to < slack)) return;  // what is not a number says nothing
+    slack = to;
+    cause = because;
+  }
+};
+
+/** What is around the vehicle, and how near a way may come to it: the vehicle's radius, or where it
+ * is already nearer at the start of all ways, as near as it is there. */
+class Surroundings
+{
+ public:
+  /// @param from_L where all ways start [m] @param tau when they do, from now [s]
+  Surroundings(const GateInput& input, const SafetyConfig& config, const core::Vehicle& vehicle,
+               const core::DistanceField* field, const Eigen::Vector3d& from_L, double tau);
+
+  /// Looks up a place, so that room() is known about it.
+  void look(const Eigen::Vector3d& p_L, Sweep& sweep) const;
+
+  /// Takes a piece of the way into account.
+  void pass(const Piece& piece, Sweep& sweep) const;
+
+  /// [m] within this of a place nothing comes nearer than it may, as far as what was looked up
+  /// last tells; -infinity where that says nothing.
+  [[nodiscard]] double room(const Eigen::Vector3d& p_L, const Sweep& sweep) const;
+
+  /// Where to from the start of all ways, for more clearance; a unit vector, or 0 if not known.
+  [[nodiscard]] Eigen::Vector3d away() const;
+
+  /// [m] what may be missing to the radius, 0 unless the vehicle is already nearer.
+  [[nodiscard]] double excused() const;
+
+ private:
+  /// One treatment of unknown space and what it requires.
+  struct Layer
+  {
+    core::UnknownAs unknown = core::UnknownAs::Free;
+    double required = 0.0;  ///< [m]
+  };
+
+  [[nodiscard]] double clearanceAt(const Eigen::Vector3d& p_L, core::UnknownAs unknown) const;
+  [[nodiscard]] double signedAt(const Eigen::Vector3d& p_L, core::UnknownAs unknown) const;
+  [[nodiscard]] double hullSlack(const core::Hull4& hull, const Eigen::Vector3d& end,
+                                 const Layer& layer, double ball) const;
+  [[nodiscard]] double chainSlack(const core::Hull4& hull, const Layer& layer) const;
+  void passMap(const Piece& piece, Sweep& sweep) const;
+  void passMovers(const Piece& piece, Sweep& sweep) const;
+  void passFence(const Piece& piece, Sweep& sweep) const;
+  [[nodiscard]] double moverRadius(const core::MovingObstacle& mover, double tau) const;
+  [[nodiscard]] double fenceSlack(const Eigen::Vector3d& p_L) const;
+
+  const GateInput& input_;
+  const SafetyConfig& config_;
+  const core::DistanceField* field_;
+  double radius_;
+  std::array<Layer, 2> layers_;
+  int layer_count_ = 0;
+  Eigen::AlignedBox3d fence_L_;
+  bool fenced_ = false;
+  double fence_required_ = 0.0;
+  bool movers_near_ = false;
+  Eigen::Vector3d from_L_;
+  double tau_;
+};
+
+}  // namespace slalom::safety::detail
