@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "DecisionHash.h"
+#include "Flight.h"
+#include "MissionJudge.h"
+#include "Pipeline.h"
+#include "ReferenceClock.h"
+#include "Refinements.h"
+#include "ScanAssembler.h"
+#include "StateSource.h"
+#include "Stopwatch.h"
+#include "slalom/engine/Engine.h"
+#include "slalom/local_planner/LocalPlanner.h"
+
+namespace slalom::engine
+{
+/** One cycle goes through run(): state -> map -> refined reference -> plan, and what it decides
+ * leaves through release(): gate -> command. */
+struct Engine::Impl
+{
+  explicit Impl(const EngineConfig& c)
+      : config(c),
+        source(c.state, c.estimation),
+        pipeline(c),
+        refinements(c.rates.global_period_s),
+        local(c.local_planner, c.vehicle),
+        clock(c.mission.max_lead_s),
+        judge(config)
+  {
+  }
+
+  /// What a cycle knows from its beginning.
+  struct Cycle
+  {
+    core::CycleRecord& record;
+    double dt;   ///< [s] since the last cycle
+    bool drive;  ///< the vehicle is allowed to move
+    const Stopwatch& watch;
+  };
+
+  /// @name Map (Perception.cpp)
+  /// @{
+  [[nodiscard]] std::shared_ptr<const MapResult> currentMap() const;
+  void beginNewFrame();
+  void mapPending(double t);
+  /// @}
+
+  /// @name Mission and refined reference (Guidance.cpp)
+  /// @{
+  [[nodiscard]] std::string startMission(const core::VehicleState& state);
+  void followDrift(const core::VehicleState& state, double dt);
+  void requestRefinement(const core::VehicleState& state, double t);
+  void takeRefinement(core::CycleRecord& record);
+  [[nodiscard]] double onReference() const;
+  /// @}
+
+  /// @name Plan, gate, command (Engine.cpp)
+  /// @{
+  [[nodiscard]] core::VelocityCommand run(const Cycle& cycle);
+  [[nodiscard]] core::VelocityCommand plan(const Cycle& cycle);
+  [[nodiscard]] core::VelocityCommand stop(core::CycleRecord& record, std::string reason);
+  void release(core::CycleRecord& record, const core::VelocityCommand& wanted);
+  void describe(core::CycleRecord& record) const;
+  void finish(const Cycle& cycle);
+  /// @}
+
+  EngineConfig config;
+  StateSource source;
+  ScanAssembler scans;
+  Pipeline pipeline;
+  Refinements refinements;
+  local_planner::LocalPlanner local;
+  ReferenceClock clock;
+  MissionJudge judge;
+  EngineStatistics statistics;
+  EngineStatus status = EngineStatus::WaitingForState;
+
+  std::optional<Mission> waiting_mission;
+  std::optional<Flight> flight;
+  std::uint64_t missions = 0;
+
+  std::uint64_t seen_epoch = 0;
+  bool forget_map = false;
+  std::uint64_t void_map = 0;  // maps up to this one belong to an old frame
+  std::uint64_t seen_map = 0;
+  std::optional<double> last_t;
+  core::VelocityCommand last_command;
+  DecisionHash hash;
+  double estimate_s = 0.0;  // wall time of add() since the last cycle
+};
+
+}  // namespace slalom::engine
