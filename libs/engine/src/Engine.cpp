@@ -2,6 +2,8 @@
 #include "slalom/engine/Engine.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -32,7 +34,7 @@ std::string_view toString(EngineStatus status)
 }
 
 /// The command that the vehicle should fly as far as map, reference and planners know.
-core::VelocityCommand Engine::Impl::run(const Cycle& cycle)
+core::VelocityCommand Engine::Impl::run(Cycle& cycle)
 {
   core::CycleRecord& record = cycle.record;
   mapPending(record.t);
@@ -44,16 +46,18 @@ core::VelocityCommand Engine::Impl::run(const Cycle& cycle)
   }
   record.state = *state;
   record.has_state = true;
+  predictor.observe(*state);
+  cycle.ahead = predictor.at(*state, predictor.effectOf(record.t));
   std::string refusal;
   if (waiting_mission && source.onlyAssumed())
     refusal = "no position source: a mission cannot be flown";
   else if (waiting_mission)
-    refusal = startMission(*state);
+    refusal = startMission(cycle.ahead);
   if (flight)
   {
     followDrift(*state, cycle.dt);
     takeRefinement(record);
-    requestRefinement(*state, record.t);
+    requestRefinement(cycle.ahead, record.t);
     takeRefinement(record);  // at once, unless the planner runs in a thread of its own
   }
   const core::VelocityCommand wanted = flight && cycle.drive
@@ -67,15 +71,48 @@ core::VelocityCommand Engine::Impl::run(const Cycle& cycle)
       (record.committed.cols() > 0 && refinements.explanation().stop_excess <= kMeasurable);
   status = flight ? judge.judge(*flight, refinements, onReference(), record, cycle.dt, cycle.drive)
                   : EngineStatus::NoMission;
+  if (flight && cycle.drive && record.committed.cols() > 0 && !record.verified_stop &&
+      cycle.unsafe.empty())
+    cycle.unsafe = "no verified way to stop: " + record.reason;
   return wanted;
 }
 
-core::VelocityCommand Engine::Impl::plan(const Cycle& cycle)
+/// What is left of the local planner's period; with everything in one thread only caps bound it.
+core::Deadline Engine::Impl::localDeadline(const Cycle& cycle) const
+{
+  if (!config.rates.threaded) return core::Deadline::none();
+  const double left = std::max(0.0, config.rates.local_period_s - cycle.watch.seconds());
+  return core::Deadline::in(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(left)));
+}
+
+/// Where the plan wants the vehicle to be now: what was its point of effect a delay ago.
+Eigen::Vector3d Engine::Impl::pointDue(double t, const Eigen::Vector3d& point_of_effect_L)
+{
+  constexpr double kSameTime_s = 1e-6;
+  due.emplace_back(predictor.effectOf(t), point_of_effect_L);
+  while (due.size() > 1 && due[1].first <= t + kSameTime_s) due.pop_front();
+  const auto& [since, from] = due.front();
+  if (due.size() == 1 || since >= t) return from;
+  const auto& [until, to] = due[1];
+  return from + (t - since) / (until - since) * (to - from);
+}
+
+// Planners that know disturbances get this one.
+template <class Input>
+void tellDisturbance(Input& input, const Eigen::Vector3d& disturbance_W)
+{
+  if constexpr (requires { input.disturbance_W; }) input.disturbance_W = disturbance_W;
+}
+
+core::VelocityCommand Engine::Impl::plan(Cycle& cycle)
 {
   core::CycleRecord& record = cycle.record;
   local_planner::LocalPlannerInput input;
-  input.state = record.state;
+  input.state = cycle.ahead;
   input.last_command = last_command;
+  input.deadline = localDeadline(cycle);
+  tellDisturbance(input, predictor.disturbance());
   Hold hold = handOver(
       {config, *flight, refinements, source, currentMap(), record.t, record.state.t}, input);
   if (input.reference)
@@ -83,11 +120,12 @@ core::VelocityCommand Engine::Impl::plan(const Cycle& cycle)
     clock.advance(cycle.dt, *input.reference, *input.law, input.state.p_L);
     input.progress = clock.progress();
     record.pace = clock.pace();
-    record.refined_point_L = input.reference->position(input.progress);
+    record.refined_point_L = pointDue(record.t, input.reference->position(input.progress));
     describePlan(input, 2.0 * config.global_planner.horizon_m / config.vehicle.max_speed_mps,
                  record);
   }
   const Stopwatch watch;
+  if (hooks.local) hooks.local(input);
   local_planner::LocalPlannerOutput output = local.step(input);
   record.timing.local = watch.seconds();
   if (record.timing.local > config.rates.local_period_s) ++statistics.late_local;
@@ -95,7 +133,10 @@ core::VelocityCommand Engine::Impl::plan(const Cycle& cycle)
   const bool held = hold.kind != Hold::Kind::None;
   if (output.fallback == local_planner::Fallback::Shifted) ++statistics.fallback_shifted;
   if (output.fallback == local_planner::Fallback::Brake && !held) ++statistics.fallback_brake;
+  const bool no_plan = output.fallback == local_planner::Fallback::Brake && !held;
   record.reason = held ? std::move(hold.reason) : std::move(output.reason);
+  cycle.waiting = hold.kind == Hold::Kind::Waiting;
+  if (hold.kind == Hold::Kind::Safety || no_plan) cycle.unsafe = record.reason;
   describeStep(output, record);
   return output.command;
 }
@@ -111,11 +152,31 @@ core::VelocityCommand Engine::Impl::stop(core::CycleRecord& record, std::string 
   return local.step(input).command;
 }
 
-/// The one way out: every command of every cycle passes here, whoever decided it.
-void Engine::Impl::release(core::CycleRecord& record, const core::VelocityCommand& wanted)
+/// The last command, brought nearer to rest as the limits allow; needs nobody's help.
+core::VelocityCommand Engine::Impl::slowed(double dt) const
 {
-  record.command = wanted;
+  const double change = config.vehicle.max_acceleration_mps2 * dt;
+  core::VelocityCommand command;
+  for (int i = 0; i < 3; ++i)
+    command.v_W[i] =
+        std::copysign(std::max(std::abs(last_command.v_W[i]) - change, 0.0), last_command.v_W[i]);
+  return command;
+}
+
+/** The one way out: every command of every cycle passes here, whoever decided it. The output gate's
+ * place is between `wanted` and `record.command`; an intervention goes into record.gate. */
+void Engine::Impl::release(Cycle& cycle, const core::VelocityCommand& wanted)
+{
+  core::CycleRecord& record = cycle.record;
+  const bool finite = wanted.v_W.allFinite() && std::isfinite(wanted.yaw_rate);
+  record.command = finite ? wanted : slowed(cycle.dt);
+  if (!finite) record.gate.intervention = "the command was not finite: brake";
+  if (cycle.unsafe.empty()) cycle.unsafe = record.gate.intervention;
   last_command = record.command;
+  if (flight)
+    predictor.sent(record.t, record.command);
+  else
+    predictor.forget();  // without a mission the vehicle is somebody else's
 }
 
 void Engine::Impl::describe(core::CycleRecord& record) const
@@ -141,6 +202,10 @@ void Engine::Impl::finish(const Cycle& cycle)
     if (map->wall_s > config.rates.global_period_s) ++statistics.late_map;
   }
   record.status = toString(status);
+  record.events = events.update(
+      {record.t, status, flight && cycle.drive, cycle.unsafe, cycle.waiting, record.reason});
+  statistics.safe_stops = events.safeStops();
+  statistics.safe_recoveries = events.recoveries();
   hash.add(record);
   record.decision_hash = hash.value();
   record.timing.estimate = std::exchange(estimate_s, 0.0);
@@ -154,10 +219,10 @@ void Engine::Impl::finish(const Cycle& cycle)
     statistics.dropped["step: internal error"] = failures;
 }
 
-Engine::Engine(const EngineConfig& config)
+Engine::Engine(const EngineConfig& config, StepHooks hooks)
 {
   check(config);
-  impl_ = std::make_unique<Impl>(config);
+  impl_ = std::make_unique<Impl>(config, std::move(hooks));
 }
 
 Engine::~Engine() = default;
@@ -195,7 +260,7 @@ core::CycleRecord Engine::step(double t, bool drive)
   record.t = t;
   const double dt = std::max(0.0, t - me.last_t.value_or(t));
   me.last_t = t;
-  const Impl::Cycle cycle{record, dt, drive, watch};
+  Impl::Cycle cycle{record, dt, drive, watch};
   core::VelocityCommand wanted;
   try
   {
@@ -204,11 +269,12 @@ core::CycleRecord Engine::step(double t, bool drive)
   }
   catch (const std::exception& error)
   {
-    wanted = {};
-    record.reason = std::string("internal error: ") + error.what() + ": stop";
+    wanted = me.slowed(dt);
+    record.reason = std::string("internal error: ") + error.what() + ": brake";
+    cycle.unsafe = record.reason;
     ++me.statistics.dropped["cycle: internal error"];
   }
-  me.release(record, wanted);
+  me.release(cycle, wanted);
   me.finish(cycle);
   return record;
 }

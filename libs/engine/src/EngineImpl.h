@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "DecisionHash.h"
 #include "Flight.h"
+#include "FlightEvents.h"
 #include "MissionJudge.h"
+#include "MotionPredictor.h"
 #include "Pipeline.h"
 #include "ReferenceClock.h"
 #include "Refinements.h"
@@ -20,17 +24,22 @@
 namespace slalom::engine
 {
 /** One cycle goes through run(): state -> map -> refined reference -> plan, and what it decides
- * leaves through release(): gate -> command. */
+ * leaves through release(): gate -> command.
+ *
+ *  A command takes effect vehicle.command_delay_s after it was decided. Plans, the clock and both
+ *  planners live at that later time: they are handed the state predicted for it. */
 struct Engine::Impl
 {
-  explicit Impl(const EngineConfig& c)
+  Impl(const EngineConfig& c, StepHooks h)
       : config(c),
+        hooks(std::move(h)),
         source(c.state, c.estimation),
-        pipeline(c),
+        pipeline(c, hooks),
         refinements(c.rates.global_period_s),
         local(c.local_planner, c.vehicle),
         clock(c.mission.max_lead_s),
-        judge(config)
+        judge(config),
+        predictor(c.vehicle)
   {
   }
 
@@ -41,6 +50,9 @@ struct Engine::Impl
     double dt;   ///< [s] since the last cycle
     bool drive;  ///< the vehicle is allowed to move
     const Stopwatch& watch;
+    core::VehicleState ahead{};  ///< when the command takes effect
+    std::string unsafe{};        ///< why safety makes the vehicle brake; empty: it does not
+    bool waiting = false;        ///< the vehicle cannot begin yet
   };
 
   /// @name Map (Perception.cpp)
@@ -61,15 +73,19 @@ struct Engine::Impl
 
   /// @name Plan, gate, command (Engine.cpp)
   /// @{
-  [[nodiscard]] core::VelocityCommand run(const Cycle& cycle);
-  [[nodiscard]] core::VelocityCommand plan(const Cycle& cycle);
+  [[nodiscard]] core::VelocityCommand run(Cycle& cycle);
+  [[nodiscard]] core::VelocityCommand plan(Cycle& cycle);
+  [[nodiscard]] core::Deadline localDeadline(const Cycle& cycle) const;
+  [[nodiscard]] Eigen::Vector3d pointDue(double t, const Eigen::Vector3d& point_of_effect_L);
   [[nodiscard]] core::VelocityCommand stop(core::CycleRecord& record, std::string reason);
-  void release(core::CycleRecord& record, const core::VelocityCommand& wanted);
+  [[nodiscard]] core::VelocityCommand slowed(double dt) const;
+  void release(Cycle& cycle, const core::VelocityCommand& wanted);
   void describe(core::CycleRecord& record) const;
   void finish(const Cycle& cycle);
   /// @}
 
   EngineConfig config;
+  StepHooks hooks;
   StateSource source;
   ScanAssembler scans;
   Pipeline pipeline;
@@ -77,6 +93,10 @@ struct Engine::Impl
   local_planner::LocalPlanner local;
   ReferenceClock clock;
   MissionJudge judge;
+  MotionPredictor predictor;
+  std::deque<std::pair<double, Eigen::Vector3d>>
+      due;  // points of the plan, by their time of effect
+  FlightEvents events;
   EngineStatistics statistics;
   EngineStatus status = EngineStatus::WaitingForState;
 

@@ -14,6 +14,7 @@ std::string Engine::Impl::startMission(const core::VehicleState& state)
   refinements.restart();
   judge.restart();
   local.reset();
+  due.clear();
   try
   {
     Flight next(++missions, fitReference(mission, state, config), state.p_L - state.p_W,

@@ -21,6 +21,7 @@ void Engine::Impl::beginNewFrame()
   if (refinements.refined()) clock.restart(refinements.refined()->referenceTime(clock.progress()));
   refinements.forgetFrame();
   local.reset();
+  due.clear();
   if (const auto state = source.state(source.newest()); state && flight)
     flight->moveTo(state->p_L - state->p_W);
 }
