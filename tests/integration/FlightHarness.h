@@ -40,7 +40,10 @@ struct FlightWorld
   /// By sphere tracing. The field must outlive it.
   static FlightWorld of(const AnalyticField& field)
   {
-    const auto distance = [&field](const Eigen::Vector3d& p) { return field.signedDistance(p); };
+    return of([&field](const Eigen::Vector3d& p) { return field.signedDistance(p); });
+  }
+  static FlightWorld of(const std::function<double(const Eigen::Vector3d& p)>& distance)
+  {
     return {distance, [distance](const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                                  double range)
             {
@@ -91,6 +94,8 @@ class FlightHarness
   {
   }
 
+  static constexpr double kLag = 0.25;  ///< [s] of the vehicle's velocity behind the command
+
   int azimuths = 240;  ///< rays per ring; a real VLP-16 has 1800
 
   bool blind = false;  ///< a broken planner's eyes: every ray reaches its full range
@@ -140,7 +145,7 @@ class FlightHarness
   [[nodiscard]] const Eigen::Vector3d& velocity() const { return vehicle_.v; }
 
  private:
-  static constexpr double kStep = 0.01, kLag = 0.25;
+  static constexpr double kStep = 0.01;
 
   struct Vehicle
   {

@@ -47,6 +47,7 @@ core::VelocityCommand Engine::Impl::run(Cycle& cycle)
   record.state = *state;
   record.has_state = true;
   predictor.observe(*state);
+  standstill.update(*state, last_command, cycle.drive && flight ? cycle.dt : 0.0);
   cycle.ahead = predictor.at(*state, predictor.effectOf(record.t));
   std::string refusal;
   if (waiting_mission && source.onlyAssumed())
@@ -69,11 +70,10 @@ core::VelocityCommand Engine::Impl::run(Cycle& cycle)
   record.verified_stop =
       state->v_W.norm() < kAtRest_mps ||
       (record.committed.cols() > 0 && refinements.explanation().stop_excess <= kMeasurable);
-  status = flight ? judge.judge(*flight, refinements, onReference(), record, cycle.dt, cycle.drive)
+  const bool could_go = cycle.drive && (record.refined.cols() > 0 || standstill.stuck());
+  status = flight ? judge.judge(*flight, refinements, onReference(), record, cycle.dt, could_go)
                   : EngineStatus::NoMission;
-  if (flight && cycle.drive && record.committed.cols() > 0 && !record.verified_stop &&
-      cycle.unsafe.empty())
-    cycle.unsafe = "no verified way to stop: " + record.reason;
+  if (flight && cycle.drive && cycle.unsafe.empty()) cycle.unsafe = doubt(record);
   return wanted;
 }
 
@@ -105,6 +105,21 @@ void tellDisturbance(Input& input, const Eigen::Vector3d& disturbance_W)
   if constexpr (requires { input.disturbance_W; }) input.disturbance_W = disturbance_W;
 }
 
+/// Why the plan in force makes the vehicle brake for safety; empty if it does not.
+std::string Engine::Impl::doubt(const core::CycleRecord& record) const
+{
+  if (record.committed.cols() == 0) return {};
+  // Beyond this share the way to rest takes more than the vehicle's own limits, not only more than
+  // plans may use of them.
+  const double reserve = 1.0 / config.mission.acceleration_share - 1.0;
+  if (!record.verified_stop && refinements.explanation().stop_excess > reserve)
+    return "no verified way to stop within the limits: brake";
+  constexpr double kSilence_s = 2.0;
+  if (refinements.silence(record.t) > kSilence_s)
+    return "the global planner is silent: to the end of its last plan and no farther";
+  return {};
+}
+
 core::VelocityCommand Engine::Impl::plan(Cycle& cycle)
 {
   core::CycleRecord& record = cycle.record;
@@ -113,8 +128,9 @@ core::VelocityCommand Engine::Impl::plan(Cycle& cycle)
   input.last_command = last_command;
   input.deadline = localDeadline(cycle);
   tellDisturbance(input, predictor.disturbance());
-  Hold hold = handOver(
-      {config, *flight, refinements, source, currentMap(), record.t, record.state.t}, input);
+  Hold hold = handOver({config, *flight, refinements, source, currentMap(), record.t,
+                        record.state.t, standstill.stuck()},
+                       input);
   if (input.reference)
   {
     clock.advance(cycle.dt, *input.reference, *input.law, input.state.p_L);
@@ -233,6 +249,9 @@ void Engine::setMission(const Mission& mission)
     throw std::invalid_argument("a mission needs at least one waypoint with finite coordinates");
   clearMission();
   impl_->waiting_mission = mission;
+  impl_->standstill.restart();
+  // The host's word that the world is to be believed again.
+  if (std::exchange(impl_->scan_refused, false)) impl_->forget_map = true;
 }
 
 void Engine::clearMission()

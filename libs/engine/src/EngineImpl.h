@@ -13,6 +13,7 @@
 #include "MissionJudge.h"
 #include "MotionPredictor.h"
 #include "Pipeline.h"
+#include "Plausibility.h"
 #include "ReferenceClock.h"
 #include "Refinements.h"
 #include "ScanAssembler.h"
@@ -75,6 +76,7 @@ struct Engine::Impl
   /// @{
   [[nodiscard]] core::VelocityCommand run(Cycle& cycle);
   [[nodiscard]] core::VelocityCommand plan(Cycle& cycle);
+  [[nodiscard]] std::string doubt(const core::CycleRecord& record) const;
   [[nodiscard]] core::Deadline localDeadline(const Cycle& cycle) const;
   [[nodiscard]] Eigen::Vector3d pointDue(double t, const Eigen::Vector3d& point_of_effect_L);
   [[nodiscard]] core::VelocityCommand stop(core::CycleRecord& record, std::string reason);
@@ -96,6 +98,7 @@ struct Engine::Impl
   MotionPredictor predictor;
   std::deque<std::pair<double, Eigen::Vector3d>>
       due;  // points of the plan, by their time of effect
+  StandstillWatch standstill;
   FlightEvents events;
   EngineStatistics statistics;
   EngineStatus status = EngineStatus::WaitingForState;
@@ -106,6 +109,7 @@ struct Engine::Impl
 
   std::uint64_t seen_epoch = 0;
   bool forget_map = false;
+  bool scan_refused = false;   // the newest scan contradicted the map
   std::uint64_t void_map = 0;  // maps up to this one belong to an old frame
   std::uint64_t seen_map = 0;
   std::optional<double> last_t;

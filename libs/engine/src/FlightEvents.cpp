@@ -27,6 +27,9 @@ std::string FlightEvents::unsafe(const Facts& facts)
 std::vector<core::Event> FlightEvents::update(const Facts& facts)
 {
   std::vector<core::Event> news;
+  if (std::exchange(status_, facts.status) != facts.status &&
+      facts.status != EngineStatus::NoMission)
+    news.push_back({std::string(toString(facts.status)), facts.reason});
   const std::string why = unsafe(facts);
   const bool under_way = facts.status == EngineStatus::Navigating;
   if (!facts.driven || (why.empty() && !under_way))
@@ -51,9 +54,6 @@ std::vector<core::Event> FlightEvents::update(const Facts& facts)
     ++recoveries_;
     news.push_back({"RECOVER", facts.reason});
   }
-  if (std::exchange(status_, facts.status) != facts.status &&
-      facts.status != EngineStatus::NoMission)
-    news.push_back({std::string(toString(facts.status)), facts.reason});
   return news;
 }
 

@@ -14,6 +14,8 @@ Hold handOver(const Situation& now, local_planner::LocalPlannerInput& input)
     return {Kind::Safety, "neither position nor velocity for too long: brake"};
   if (now.t - now.state_t > rates.state_timeout_s) return {Kind::Safety, "state too old: brake"};
 
+  if (now.stuck) return {Kind::Safety, "the position does not follow the commands: brake"};
+
   const auto& refined = now.refinements.refined();
   const bool map_is_fresh = now.map && now.t - now.map->field->stamp() <= rates.map_timeout_s;
   if (map_is_fresh && refined)

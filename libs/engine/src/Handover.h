@@ -36,6 +36,7 @@ struct Situation
   std::shared_ptr<const MapResult> map;  ///< of the present frame; null: none yet
   double t;                              ///< [s] now
   double state_t;                        ///< [s] of the newest estimate
+  bool stuck;                            ///< it does not move although it is told to
 };
 
 /** Chooses what the local planner follows, and in which map: fills field, reference and law of

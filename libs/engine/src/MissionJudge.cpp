@@ -5,7 +5,7 @@ namespace slalom::engine
 {
 EngineStatus MissionJudge::judge(Flight& flight, const Refinements& refinements,
                                  double on_reference, const core::CycleRecord& record, double dt,
-                                 bool drive)
+                                 bool could_go)
 {
   using global_planner::GoalPolicy;
   constexpr double kEndOfR_s = 2.0;
@@ -25,7 +25,6 @@ EngineStatus MissionJudge::judge(Flight& flight, const Refinements& refinements,
   const bool near_enough = policy == GoalPolicy::NearestFree &&
                            (p_L - goal_L).norm() <= config_.global_planner.goal_radius_m;
   flight.reached = flight.reached || (holds && near_enough);
-  const bool could_go = drive && record.refined.cols() > 0;
   standing_s_ = rests && could_go && !holds && !flight.reached ? standing_s_ + dt : 0.0;
   return flight.reached                                    ? EngineStatus::GoalReached
          : holds                                           ? EngineStatus::GoalBlocked

@@ -19,10 +19,11 @@ class MissionJudge
   void restart() { standing_s_ = 0.0; }
 
   /** @param on_reference parameter of R that the vehicle has come to [s]
-   *  @param dt since the last cycle [s]; @param drive the vehicle is allowed to move */
+   *  @param dt since the last cycle [s]; @param could_go nothing but the way itself keeps it from
+   * moving */
   [[nodiscard]] EngineStatus judge(Flight& flight, const Refinements& refinements,
                                    double on_reference, const core::CycleRecord& record, double dt,
-                                   bool drive);
+                                   bool could_go);
 
  private:
   const EngineConfig& config_;

@@ -33,6 +33,14 @@ void Engine::Impl::mapPending(double t)
   {
     job.forget = std::exchange(forget_map, false);
     ++statistics.scans;
+    // Not fused, the map grows old, and the vehicle waits until sensor and map agree again.
+    const auto map = job.forget ? nullptr : currentMap();
+    scan_refused = map && contradicts(job, *map->field);
+    if (scan_refused)
+    {
+      ++statistics.dropped["scan: contradicts the map"];
+      continue;
+    }
     if (const std::size_t lost = pipeline.map(std::move(job)))
     {
       statistics.dropped["scan: mapper late"] += lost;

@@ -14,6 +14,7 @@ bool Refinements::due(const MapResult& map, double t) const
 
 void Refinements::asked(const MapResult& map, double t)
 {
+  if (!waiting_) waiting_since_ = t;
   asked_map_ = map.count;
   asked_t_ = t;
   waiting_ = true;

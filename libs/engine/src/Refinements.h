@@ -42,6 +42,8 @@ class Refinements
   [[nodiscard]] bool rejectsGoal(global_planner::GoalPolicy policy) const;
   /// The planner found no plan of its own; the previous one stays in force.
   [[nodiscard]] bool failed() const;
+  /// How long the planner has been asked without an answer [s].
+  [[nodiscard]] double silence(double t) const { return waiting_ ? t - waiting_since_ : 0.0; }
 
  private:
   Refinements(double period_s, std::uint64_t seen) : period_s_(period_s), seen_(seen) {}
@@ -49,6 +51,7 @@ class Refinements
   double period_s_;
   std::uint64_t seen_ = 0, asked_map_ = 0;
   bool waiting_ = false;
+  double waiting_since_ = 0.0;  // [s] first request without an answer
   double asked_t_ = -std::numeric_limits<double>::infinity();
   std::shared_ptr<const global_planner::RefinedReference> refined_;
   global_planner::RefineOutcome outcome_ = global_planner::RefineOutcome::NoField;
