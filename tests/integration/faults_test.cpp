@@ -118,6 +118,7 @@ void wallAhead(Scene& scene, double distance)
 
 void randomVerbs(Scene& scene, std::uint64_t seed)
 {
+  scene.time_limit_s = 45.0;
   auto rng = std::make_shared<core::Rng>(seed);
   auto until = std::make_shared<double>(2.0);
   auto verb = std::make_shared<int>(0);
