@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <numeric>
+#include <vector>
+
 #include "FlightHarness.h"
 
 namespace slalom
@@ -110,6 +113,54 @@ TEST(Flight, ToWhereTheVehicleIsIsOverAtOnce)
   EXPECT_EQ(flight.status, EngineStatus::GoalReached) << toString(flight.status);
   EXPECT_LE(flight.length_m, 0.2);
 }
+
+/// A flight whose vehicle obeys `delay` late, and what the engine is told of that.
+test::FlightOutcome flyDelayed(std::uint64_t seed, double delay, double configured)
+{
+  const test::AnalyticField world = test::flightForest(seed, 0.12, kLength);
+  engine::EngineConfig config = test::flightConfig();
+  config.vehicle.velocity_lag_s = FlightHarness::kLag;  // the delay alone is looked at
+  config.vehicle.command_delay_s = configured;
+  FlightHarness harness(world, config);
+  harness.azimuths = 90;
+  harness.command_delay_s = delay;
+  return harness.fly(kStart, straightMission(), 60.0);
+}
+
+class Latency : public testing::TestWithParam<int>
+{
+ protected:
+  const double delay_s = 1e-3 * GetParam();
+  const double radius_m = core::Vehicle{}.radius_m;
+};
+
+TEST_P(Latency, ThatIsKnownCostsLittle)
+{
+  // Paths differ a little with the delay: one flight alone says little of so small an error.
+  static const std::vector<std::uint64_t> seeds{1, 3, 4};
+  static const double without = std::accumulate(
+      seeds.begin(), seeds.end(), 0.0,
+      [](double sum, std::uint64_t seed) { return sum + flyDelayed(seed, 0.0, 0.0).mean_error_m; });
+  double with = 0.0;
+  for (const std::uint64_t seed : seeds)
+  {
+    SCOPED_TRACE(seed);
+    const test::FlightOutcome flight = flyDelayed(seed, delay_s, delay_s);
+    EXPECT_EQ(flight.status, EngineStatus::GoalReached) << toString(flight.status);
+    EXPECT_GE(flight.min_clearance_m, radius_m);
+    with += flight.mean_error_m;
+  }
+  EXPECT_LT(with, 1.2 * without);
+  RecordProperty("mean_error_um", static_cast<int>(1e6 * with / double(seeds.size())));
+  RecordProperty("without_delay_um", static_cast<int>(1e6 * without / double(seeds.size())));
+}
+
+TEST_P(Latency, ThatIsNotKnownStaysFreeOfContact)
+{
+  EXPECT_GE(flyDelayed(4, delay_s, 0.0).min_clearance_m, radius_m);
+}
+
+INSTANTIATE_TEST_SUITE_P(Milliseconds, Latency, testing::Values(50, 100, 150, 200));
 
 TEST(Flight, StandsStillWithoutAMap)
 {

@@ -5,13 +5,14 @@
 
 namespace slalom::engine
 {
-Pipeline::Pipeline(const EngineConfig& config)
-    : mapper_(config.mapping), planner_(config.global_planner, config.planned())
+Pipeline::Pipeline(const EngineConfig& config, const StepHooks& hooks)
+    : hooks_(hooks), mapper_(config.mapping), planner_(config.global_planner, config.planned())
 {
   if (!config.rates.threaded) return;
+  global_budget_s_ = config.rates.global_period_s;
   map_worker_ = std::make_unique<Worker<MapJob>>(2, [this](const MapJob& job) { runMap(job); });
   refine_worker_ =
-      std::make_unique<Worker<GlobalJob>>(1, [this](const GlobalJob& job) { runRefine(job); });
+      std::make_unique<Worker<GlobalJob>>(1, [this](GlobalJob job) { runRefine(std::move(job)); });
 }
 
 std::size_t Pipeline::map(MapJob job)
@@ -24,7 +25,7 @@ std::size_t Pipeline::map(MapJob job)
 std::size_t Pipeline::refine(GlobalJob job)
 {
   if (refine_worker_) return refine_worker_->submit(std::move(job));
-  runRefine(job);
+  runRefine(std::move(job));
   return 0;
 }
 
@@ -39,6 +40,7 @@ void Pipeline::runMap(const MapJob& job)
   const Stopwatch watch;
   try
   {
+    if (hooks_.map) hooks_.map();
     if (job.forget) mapper_.reset();
     const mapping::MapUpdate update = mapper_.integrate(job.t, job.p_L, job.rays);
     maps_.publish(std::make_shared<const MapResult>(
@@ -51,11 +53,15 @@ void Pipeline::runMap(const MapJob& job)
   }
 }
 
-void Pipeline::runRefine(const GlobalJob& job)
+void Pipeline::runRefine(GlobalJob job)
 {
   const Stopwatch watch;
   try
   {
+    if (global_budget_s_)
+      job.input.deadline = core::Deadline::in(std::chrono::duration_cast<std::chrono::nanoseconds>(
+          std::chrono::duration<double>(*global_budget_s_)));
+    if (hooks_.global) hooks_.global();
     auto output = planner_.step(job.input);
     refinements_.publish(std::make_shared<const GlobalResult>(
         GlobalResult{job.mission, ++refine_count_, watch.seconds(), std::move(output)}));

@@ -7,12 +7,14 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
 #include "slalom/core/PointCloud.h"
 #include "slalom/core/Published.h"
 #include "slalom/engine/Engine.h"
+#include "slalom/engine/StepHooks.h"
 #include "slalom/global_planner/GlobalPlanner.h"
 #include "slalom/mapping/Mapper.h"
 
@@ -115,7 +117,8 @@ class Worker
 class Pipeline
 {
  public:
-  explicit Pipeline(const EngineConfig& config);
+  /// @param hooks must outlive the pipeline
+  Pipeline(const EngineConfig& config, const StepHooks& hooks);
 
   std::size_t map(MapJob job);        ///< number of scans dropped because the mapper is late
   std::size_t refine(GlobalJob job);  ///< number of requests dropped because the planner is late
@@ -132,8 +135,10 @@ class Pipeline
 
  private:
   void runMap(const MapJob& job);
-  void runRefine(const GlobalJob& job);
+  void runRefine(GlobalJob job);
 
+  const StepHooks& hooks_;
+  std::optional<double> global_budget_s_;  // empty: no deadline
   mapping::Mapper mapper_;
   global_planner::GlobalPlanner planner_;
   core::Published<MapResult> maps_;

@@ -127,7 +127,16 @@ const core::CycleRecord* TrackerNavigator::cycle(bool drive)
   if (!senses_->now()) return nullptr;
   record_ = engine_->step(*senses_->now(), drive);
   distance_to_goal_m_ = record_->distance_to_goal_m;
+  tellHost(record_->events);
   return &*record_;
+}
+
+// The other changes of status travel as the result of the step.
+void TrackerNavigator::tellHost(const std::vector<core::Event>& events)
+{
+  for (const core::Event& event : events)
+    if (event.name == "SAFE_STOP" || event.name == "RECOVER" || event.name == "UNREACHABLE")
+      notify(event.name, event.detail);
 }
 
 void TrackerNavigator::idle(double)
@@ -237,6 +246,8 @@ std::string TrackerNavigator::runStatisticsJson() const
   json["scans"] = engine.scans;
   json["map_updates"] = engine.map_updates;
   json["replans"] = engine.replans;
+  json["safe_stops"] = engine.safe_stops;
+  json["safe_recoveries"] = engine.safe_recoveries;
   json["reference_length_m"] = engine_->referenceLength();
   return json.dump();
 }

@@ -48,6 +48,7 @@ class TrackerNavigator : public AbstractNavigator3D
   /// One engine cycle; null while time has not begun.
   const core::CycleRecord* cycle(bool drive);
   void tellListeners();
+  void tellHost(const std::vector<core::Event>& events);
 
   TrackerConfig config_;
   std::unique_ptr<HostSenses> senses_;

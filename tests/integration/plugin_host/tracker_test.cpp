@@ -318,6 +318,66 @@ TEST(Tracker, TimeGoesOnWhenSensorsFallSilent)
   EXPECT_NEAR(std::hypot(robot.flown.vx, robot.flown.vy), 0.0, 1e-3) << "blind, it must brake";
 }
 
+TEST(Tracker, GivesUpAVehicleThatCannotMove)
+{
+  SensingRobot robot;
+  robot.state.pose = {-4, 0, 2, 0, 0, 0};
+  const auto tracker = makeTracker(robot);
+  tracker->loadConfigFile(ini(std::string(kByPose) + "[mission]\nblocked_timeout_s = 3\n"));
+  tracker->initialize();
+  const NavigationParams3D goal = goalAt(4, 0, 2);
+  tracker->navigate(&goal);
+  const auto fly = [&](int steps)
+  {
+    for (int i = 0; i < steps && tracker->getCurrentState() == CAbstractNavigator::NAVIGATING; ++i)
+    {
+      robot.flyOn();
+      tracker->navigationStep();
+    }
+  };
+  fly(40);
+  EXPECT_EQ(tracker->getCurrentState(), CAbstractNavigator::NAVIGATING);
+  EXPECT_GT(std::hypot(robot.flown.vx, robot.flown.vy), 0.2);
+  robot.jammed = true;
+  fly(200);
+  ASSERT_EQ(tracker->getCurrentState(), CAbstractNavigator::NAV_ERROR);
+  EXPECT_SAYS(tracker->getErrorReason().error_msg, "UNREACHABLE");
+  EXPECT_TRUE(robot.flown.isStopCmd());
+  tracker->navigationStep();
+  const auto at = [&robot](const std::string& event)
+  { return std::find(robot.log.begin(), robot.log.end(), event) - robot.log.begin(); };
+  const auto told = std::ptrdiff_t(robot.log.size());
+  EXPECT_LT(at("SAFE_STOP"), at("UNREACHABLE")) << "the position does not follow the commands";
+  EXPECT_LT(at("UNREACHABLE"), at("FAILED"));
+  EXPECT_LT(at("FAILED"), told);
+  EXPECT_EQ(robot.count("error end"), 1);
+  EXPECT_EQ(robot.count("UNREACHABLE"), 1);
+}
+
+TEST(Tracker, TellsOfAStopForSafetyAndOfTheRecovery)
+{
+  SensingRobot robot;
+  robot.state.pose = {-6, 0, 2, 0, 0, 0};
+  const auto tracker = makeTracker(robot);
+  tracker->loadConfigFile(ini(kByPose));
+  tracker->initialize();
+  const NavigationParams3D goal = goalAt(5, 0, 2);
+  tracker->navigate(&goal);
+  for (int i = 0; i < 600 && tracker->getCurrentState() == CAbstractNavigator::NAVIGATING; ++i)
+  {
+    robot.silent = i >= 60 && i < 120;
+    robot.flyOn();
+    tracker->navigationStep();
+  }
+  EXPECT_EQ(tracker->getCurrentState(), CAbstractNavigator::IDLE);
+  EXPECT_EQ(robot.count("SAFE_STOP"), 1);
+  EXPECT_EQ(robot.count("RECOVER"), 1);
+  EXPECT_EQ(robot.count("GOAL_REACHED"), 1) << "every event once";
+  const auto json = nlohmann::json::parse(tracker->runStatisticsJson());
+  EXPECT_EQ(json["safe_stops"], 1);
+  EXPECT_EQ(json["safe_recoveries"], 1);
+}
+
 TEST(Tracker, ListenersMayThrow)
 {
   SensingRobot robot;

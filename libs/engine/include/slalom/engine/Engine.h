@@ -13,6 +13,7 @@
 #include "slalom/core/Measurements.h"
 #include "slalom/engine/EngineConfig.h"
 #include "slalom/engine/Mission.h"
+#include "slalom/engine/StepHooks.h"
 
 namespace slalom::engine
 {
@@ -36,6 +37,8 @@ struct EngineStatistics
   std::uint64_t refined_ok = 0, refined_failed = 0, recoveries = 0;
   std::uint64_t fallback_shifted = 0, fallback_brake = 0;
   std::uint64_t late_map = 0, late_global = 0, late_local = 0;  ///< steps longer than their period
+  std::uint64_t safe_stops = 0;                                 ///< SAFE_STOP events
+  std::uint64_t safe_recoveries = 0;                            ///< RECOVER events
   std::map<std::string, std::uint64_t> dropped;  ///< measurements not used, by reason
   std::string state_source;                      ///< the source in use
 };
@@ -46,14 +49,15 @@ struct EngineStatistics
  *    for (...) { engine.add(measurement); ...; CycleRecord cycle = engine.step(now);
  * use(cycle.command); }
  *
- *  observation -> state + rays -> map snapshot -> refined reference -> plan -> command; one
+ *  observation -> state + rays -> map snapshot -> refined reference -> plan -> gate -> command; one
  * direction. Calls come from one thread. step() never throws: what goes wrong is in the record's
- * status and reason, and the command is then a brake. */
+ * status and reason, and the command is then a brake. CycleRecord::events tells what has changed:
+ * SAFE_STOP, RECOVER, and every new status but NO_MISSION by its name. */
 class Engine
 {
  public:
   /// @throws mrpt_io::ConfigError if the configuration contradicts itself
-  explicit Engine(const EngineConfig& config);
+  explicit Engine(const EngineConfig& config, StepHooks hooks = {});
   ~Engine();
 
   /// Starts a mission at the vehicle's position; replaces the previous one. At least one waypoint.

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Handover.h"
+
+namespace slalom::engine
+{
+Hold handOver(const Situation& now, local_planner::LocalPlannerInput& input)
+{
+  using Kind = Hold::Kind;
+  const RateConfig& rates = now.config.rates;
+  if (now.flight.reached) return {Kind::Wanted, "goal reached: hold"};
+  if (now.refinements.rejectsGoal(now.config.global_planner.goal_policy))
+    return {Kind::Wanted, "goal occupied: rejected"};
+  if (now.source.deadReckoning())
+    return {Kind::Safety, "neither position nor velocity for too long: brake"};
+  if (now.t - now.state_t > rates.state_timeout_s) return {Kind::Safety, "state too old: brake"};
+
+  if (now.stuck) return {Kind::Safety, "the position does not follow the commands: brake"};
+
+  const auto& refined = now.refinements.refined();
+  const bool map_is_fresh = now.map && now.t - now.map->field->stamp() <= rates.map_timeout_s;
+  if (map_is_fresh && refined)
+  {
+    input.field = now.map->field;
+    input.reference = {refined, &refined->spline};
+    input.law = {refined, &refined->law};
+    return {};
+  }
+  if (!now.map && !rates.require_map)
+  {
+    input.reference = now.flight.reference_L;
+    input.law = now.flight.law;
+    return {};
+  }
+  if (!now.map) return {Kind::Waiting, "no map yet: brake"};
+  if (map_is_fresh) return {Kind::Waiting, "no refined reference yet: brake"};
+  return {Kind::Safety, "map too old: brake"};
+}
+
+}  // namespace slalom::engine

@@ -1,0 +1,496 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The fault matrix: what goes wrong, what the engine is to say of it, and that nothing is hit.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+#include "FlightHarness.h"
+#include "slalom/local_planner/LocalPlanner.h"
+
+namespace slalom
+{
+namespace
+{
+using engine::EngineStatus;
+using test::FlightHarness;
+
+constexpr double kLength = 12.0;
+constexpr double kBegin_s = 5.0;  // of the fault; the vehicle is in mid-forest then
+const Eigen::Vector3d kStart(0.0, 0.0, 1.5);
+
+/// Everything a fault may take hold of.
+struct Scene
+{
+  test::AnalyticField forest = test::flightForest(4, 0.12, kLength);
+  std::optional<Eigen::AlignedBox3d> wall;  // may appear
+  engine::EngineConfig config = test::flightConfig();
+  engine::StepHooks hooks;
+  test::FaultInjector faults;
+  engine::Mission mission{Eigen::Vector3d(kLength, 0.0, 1.5)};
+  bool fusion = false;
+  double command_delay_s = 0.0;
+  double time_limit_s = 30.0;
+
+  std::atomic<double> t{0.0};  // flight time; workers look at it
+  std::atomic<bool> over{false};
+  Eigen::Vector3d p_W = kStart, v_W = Eigen::Vector3d::Zero();  // the vehicle, at the last cycle
+
+  [[nodiscard]] double distance(const Eigen::Vector3d& p) const
+  {
+    const double trees = forest.signedDistance(p);
+    return wall ? std::min(trees, test::Obstacle(*wall).distance(p)) : trees;
+  }
+  [[nodiscard]] bool now(double seconds) const { return t >= kBegin_s && t < kBegin_s + seconds; }
+};
+
+constexpr double kForEver = std::numeric_limits<double>::infinity();
+
+/// A row of the matrix.
+struct Fault
+{
+  std::string name, when;
+  std::function<void(Scene&)> arrange;
+  std::vector<std::string> events;  ///< that have to be told, in this order
+  std::set<EngineStatus> ends;      ///< allowed at the end
+  double rest_s = kForEver;         ///< after its begin the vehicle has to rest within this
+  double least_clearance_m = core::Vehicle{}.radius_m;
+};
+
+/// Changes the measurements of one kind while the fault lasts; `change` says false for a lost one.
+template <class Kind, class Change>
+void onSensor(Scene& scene, double seconds, Change change)
+{
+  scene.faults.sensor = [&scene, seconds, change](core::Measurement& measurement)
+  {
+    auto* mine = std::get_if<Kind>(&measurement);
+    return !mine || !scene.now(seconds) || change(*mine);
+  };
+}
+
+void loseAllBut(Scene& scene, double seconds, bool scans)
+{
+  scene.faults.sensor = [&scene, seconds, scans](core::Measurement& measurement)
+  { return !scene.now(seconds) || std::holds_alternative<core::RangeScan>(measurement) == scans; };
+}
+
+/// Keeps a worker busy until flight time has gone on by `seconds`.
+void takeTime(const Scene& scene, double seconds)
+{
+  for (const double end = scene.t + seconds; scene.t < end && !scene.over;)
+    std::this_thread::yield();
+}
+
+void failSolver(Scene& scene, double seconds)
+{
+  scene.hooks.local = [&scene, seconds](local_planner::LocalPlannerInput& input)
+  {
+    if (scene.now(seconds)) input.deadline = core::Deadline::in({});
+  };
+}
+
+std::function<void()> throwing(const Scene& scene, double seconds)
+{
+  return [&scene, seconds]
+  {
+    if (scene.now(seconds)) throw std::runtime_error("out of memory");
+  };
+}
+
+void wallAhead(Scene& scene, double distance)
+{
+  scene.faults.world = [&scene, distance](double t, const Eigen::Vector3d& p)
+  {
+    if (t < kBegin_s || scene.wall) return;
+    scene.wall = Eigen::AlignedBox3d(p + Eigen::Vector3d(distance, -1.5, -3.0),
+                                     p + Eigen::Vector3d(distance + 0.3, 1.5, 3.0));
+  };
+}
+
+void randomVerbs(Scene& scene, std::uint64_t seed)
+{
+  scene.time_limit_s = 45.0;
+  auto rng = std::make_shared<core::Rng>(seed);
+  auto until = std::make_shared<double>(2.0);
+  auto verb = std::make_shared<int>(0);
+  scene.faults.host = [&scene, rng, until, verb](double t, engine::Engine& engine)
+  {
+    if (t >= *until && t < 16.0)
+    {
+      *until = t + rng->uniform(0.1, 2.0);
+      *verb = static_cast<int>(rng->uniform(0.0, 3.0));  // fly, suspend, cancel
+      if (*verb == 2) engine.clearMission();
+      if (*verb == 0 && engine.status() == EngineStatus::NoMission)
+        engine.setMission(scene.mission);
+    }
+    else if (t >= 16.0 && *verb != 0)
+    {
+      *verb = 0;
+      engine.setMission(scene.mission);
+    }
+    return *verb == 0;
+  };
+}
+
+void useFusion(Scene& scene)
+{
+  scene.fusion = true;
+  scene.config.state.source = engine::StateSourceKind::Fusion;
+}
+
+const std::set<EngineStatus> kArrives{EngineStatus::GoalReached};
+const std::set<EngineStatus> kGivesUp{EngineStatus::Navigating, EngineStatus::Unreachable};
+const std::set<EngineStatus> kAny{EngineStatus::GoalReached, EngineStatus::Navigating,
+                                  EngineStatus::Unreachable, EngineStatus::GoalBlocked};
+const std::vector<std::string> kStops{"SAFE_STOP"}, kStopsAndGoesOn{"SAFE_STOP", "RECOVER"};
+
+std::vector<Fault> stateFaults()
+{
+  return {
+      {"none", "-", [](Scene&) {}, {"NAVIGATING", "GOAL_REACHED"}, kArrives},
+      {"none, by fused sensors", "-", useFusion, {"GOAL_REACHED"}, kArrives},
+      {"GPS jump of 2 m",
+       "for ever",
+       [](Scene& s)
+       {
+         useFusion(s);
+         onSensor<core::PositionFix>(s, kForEver,
+                                     [](core::PositionFix& fix)
+                                     {
+                                       fix.p_W.y() += 2.0;
+                                       return true;
+                                     });
+       },
+       {"GOAL_REACHED"},
+       kArrives},
+      {"state lost",
+       "0.5 s",
+       [](Scene& s) { loseAllBut(s, 0.5, true); },
+       {"GOAL_REACHED"},
+       kArrives},
+      {"state lost", "3 s", [](Scene& s) { loseAllBut(s, 3.0, true); }, kStopsAndGoesOn, kArrives,
+       2.5},
+      {"state frozen", "for ever",
+       [](Scene& s)
+       {
+         auto frozen = std::make_shared<std::optional<Eigen::Isometry3d>>();
+         onSensor<core::PoseFix>(s, kForEver,
+                                 [frozen](core::PoseFix& fix)
+                                 {
+                                   if (!*frozen) *frozen = fix.T_WB;
+                                   fix.T_WB = **frozen;
+                                   return true;
+                                 });
+       },
+       kStops, kGivesUp, 3.0},
+  };
+}
+
+std::vector<Fault> sensorFaults()
+{
+  return {
+      {"scans stop", "3 s", [](Scene& s) { loseAllBut(s, 3.0, false); }, kStopsAndGoesOn, kArrives,
+       3.5},
+      {"scans stop",
+       "for ever",
+       [](Scene& s) { loseAllBut(s, kForEver, false); },
+       kStops,
+       {EngineStatus::Navigating},
+       3.5},
+      {"scans empty",
+       "for ever",
+       [](Scene& s)
+       {
+         onSensor<core::RangeScan>(s, kForEver,
+                                   [](core::RangeScan& scan)
+                                   {
+                                     scan.points.clear();
+                                     return true;
+                                   });
+       },
+       kStops,
+       {EngineStatus::Navigating},
+       3.5},
+      {"scans NaN",
+       "for ever",
+       [](Scene& s)
+       {
+         onSensor<core::RangeScan>(s, kForEver,
+                                   [](core::RangeScan& scan)
+                                   {
+                                     for (auto& point : scan.points)
+                                       point.p_S.setConstant(std::nanf(""));
+                                     return true;
+                                   });
+       },
+       kStops,
+       {EngineStatus::Navigating},
+       3.5},
+      {"scans mirrored", "for ever",
+       [](Scene& s)
+       {
+         onSensor<core::RangeScan>(s, kForEver,
+                                   [](core::RangeScan& scan)
+                                   {
+                                     for (auto& point : scan.points) point.p_S.y() *= -1.0f;
+                                     return true;
+                                   });
+       },
+       kStops, kGivesUp, 3.5},
+  };
+}
+
+std::vector<Fault> plannerFaults()
+{
+  return {
+      {"local solver times out", "1 s", [](Scene& s) { failSolver(s, 1.0); }, kStopsAndGoesOn,
+       kArrives},
+      {"local solver times out", "for ever", [](Scene& s) { failSolver(s, kForEver); }, kStops,
+       kGivesUp, 3.0},
+      {"local solver has one iteration",
+       "always",
+       [](Scene& s) { s.config.local_planner.max_iterations = 1; },
+       {},
+       kAny},
+      {"mapper throws", "2 s", [](Scene& s) { s.hooks.map = throwing(s, 2.0); }, kStopsAndGoesOn,
+       kArrives},
+      {"global planner throws",
+       "2 s",
+       [](Scene& s) { s.hooks.global = throwing(s, 2.0); },
+       {"GOAL_REACHED"},
+       kArrives},
+      {"global planner throws", "for ever",
+       [](Scene& s) { s.hooks.global = throwing(s, kForEver); }, kStops, kGivesUp, 8.0},
+      {"local planner throws", "2 s",
+       [](Scene& s) {
+         s.hooks.local = [fails = throwing(s, 2.0)](local_planner::LocalPlannerInput&) { fails(); };
+       },
+       kStopsAndGoesOn, kArrives, 2.5},
+      {"global planner late by 0.5 s, in threads",
+       "always",
+       [](Scene& s)
+       {
+         s.config.rates.threaded = true;
+         s.hooks.global = [&s] { takeTime(s, 0.5); };
+       },
+       {},
+       kAny},
+      {"threads starved",
+       "always",
+       [](Scene& s)
+       {
+         s.config.rates.threaded = true;
+         auto rng = std::make_shared<core::Rng>(5);
+         auto other = std::make_shared<core::Rng>(6);
+         s.hooks.map = [&s, rng] { takeTime(s, rng->uniform(0.0, 0.4)); };
+         s.hooks.global = [&s, other] { takeTime(s, other->uniform(0.0, 0.8)); };
+       },
+       {},
+       kAny},
+  };
+}
+
+std::vector<Fault> outerFaults()
+{
+  std::vector<Fault> rows;
+  for (const double delay : {0.05, 0.2})
+  {
+    const std::string name = "latency " + std::to_string(static_cast<int>(1e3 * delay)) + " ms";
+    rows.push_back({name + ", known",
+                    "always",
+                    [delay](Scene& s)
+                    { s.command_delay_s = s.config.vehicle.command_delay_s = delay; },
+                    {"GOAL_REACHED"},
+                    kArrives});
+    rows.push_back({name + ", not known",
+                    "always",
+                    [delay](Scene& s) { s.command_delay_s = delay; },
+                    {"GOAL_REACHED"},
+                    kArrives});
+  }
+  rows.push_back({"goal moved into a trunk",
+                  "once",
+                  [](Scene& s)
+                  {
+                    s.forest = test::AnalyticField({test::VerticalCylinder{{8.0, 1.0}, 0.75}});
+                    s.faults.host = [told = false](double t, engine::Engine& engine) mutable
+                    {
+                      if (t >= kBegin_s && !std::exchange(told, true))
+                        engine.setMission({Eigen::Vector3d(8.0, 1.0, 1.5)});
+                      return true;
+                    };
+                  },
+                  {"GOAL_BLOCKED"},
+                  {EngineStatus::GoalBlocked, EngineStatus::GoalReached}});
+  rows.push_back({"wall appears 2.5 m ahead",
+                  "once",
+                  [](Scene& s) { wallAhead(s, 2.5); },
+                  {"GOAL_REACHED"},
+                  kArrives});
+  rows.push_back(
+      {"wall appears 1.6 m ahead", "once", [](Scene& s) { wallAhead(s, 1.6); }, {}, kAny});
+  for (const std::uint64_t seed : {1, 2})
+    rows.push_back({"verbs at random, seed " + std::to_string(seed),
+                    "2 to 16 s",
+                    [seed](Scene& s) { randomVerbs(s, seed); },
+                    {"GOAL_REACHED"},
+                    kArrives});
+  return rows;
+}
+
+std::vector<Fault> matrix()
+{
+  std::vector<Fault> rows;
+  for (auto part : {stateFaults(), sensorFaults(), plannerFaults(), outerFaults()})
+    rows.insert(rows.end(), part.begin(), part.end());
+  return rows;
+}
+
+/// What came of a row.
+struct Outcome
+{
+  test::FlightOutcome flight;
+  std::vector<std::string> events;
+  double rest_s = kForEver;  ///< after the begin of the fault
+};
+
+/// True if `wanted` happened in this order, whatever happened between.
+bool inOrder(const std::vector<std::string>& wanted, const std::vector<std::string>& happened)
+{
+  auto next = wanted.begin();
+  for (const std::string& event : happened)
+    if (next != wanted.end() && *next == event) ++next;
+  return next == wanted.end();
+}
+
+std::string joined(const std::vector<std::string>& words)
+{
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+  return text;
+}
+
+Outcome fly(const Fault& fault)
+{
+  Scene scene;
+  fault.arrange(scene);
+  const auto solid = [&scene](const Eigen::Vector3d& p) { return scene.distance(p); };
+  FlightHarness harness(test::FlightWorld::of(solid), scene.config, scene.hooks);
+  harness.azimuths = 90;
+  harness.fusion = scene.fusion;
+  harness.command_delay_s = scene.command_delay_s;
+  harness.faults = scene.faults;
+  harness.faults.world = [&](double t, const Eigen::Vector3d& p)
+  {
+    scene.t = t;
+    if (scene.faults.world) scene.faults.world(t, p);
+  };
+  Outcome outcome;
+  harness.listener = [&](const core::CycleRecord& cycle, const Eigen::Vector3d&)
+  {
+    for (const core::Event& event : cycle.events) outcome.events.push_back(event.name);
+    if (std::getenv("SLALOM_FAULTS_VERBOSE"))
+      for (const core::Event& event : cycle.events)
+        std::cout << "  " << cycle.t << " " << event.name << ": " << event.detail << "\n";
+    if (cycle.t >= kBegin_s && outcome.rest_s == kForEver && harness.velocity().norm() < 0.1)
+      outcome.rest_s = cycle.t - kBegin_s;
+  };
+  // A vehicle that rests for good has shown what there is to see.
+  double rested = 0.0;
+  harness.over = [&, ends = harness.over](double t, EngineStatus status)
+  {
+    const bool verbs = scene.faults.host && t < 18.0;
+    rested = t > kBegin_s && !verbs && harness.velocity().norm() < 0.02 ? rested + 0.05 : 0.0;
+    return !verbs && (rested > 6.0 || (t > kBegin_s && ends(t, status)));
+  };
+  outcome.flight = harness.fly(kStart, scene.mission, scene.time_limit_s);
+  scene.over = true;
+  return outcome;
+}
+
+/// The rows as they came out, for people.
+class Table : public testing::Environment
+{
+ public:
+  static void add(const Fault& fault, const Outcome& outcome, bool held)
+  {
+    rows().push_back({fault.name, fault.when, joined(outcome.events),
+                      std::string(toString(outcome.flight.status)),
+                      outcome.rest_s < kForEver ? number(outcome.rest_s, 1) : "-",
+                      number(outcome.flight.min_clearance_m, 2), held ? "yes" : "NO"});
+  }
+  void TearDown() override
+  {
+    std::ostringstream text;
+    const auto line = [&text](const std::vector<std::string>& cells)
+    {
+      for (const std::string& cell : cells) text << "| " << cell << " ";
+      text << "|\n";
+    };
+    line({"fault", "for how long", "events", "at the end", "seconds to rest", "least clearance [m]",
+          "as expected"});
+    line({"---", "---", "---", "---", "---", "---", "---"});
+    for (const auto& row : rows()) line(row);
+    std::cout << text.str();
+    const char* directory = std::getenv("SLALOM_FAULTS_DIR");
+    if (!directory) return;
+    std::filesystem::create_directories(directory);
+    std::ofstream(std::filesystem::path(directory) / "faults.md") << text.str();
+  }
+
+ private:
+  static std::string number(double value, int digits)
+  {
+    std::ostringstream text;
+    text.setf(std::ios::fixed);
+    text.precision(digits);
+    text << value;
+    return text.str();
+  }
+  static std::vector<std::vector<std::string>>& rows()
+  {
+    static std::vector<std::vector<std::string>> all;
+    return all;
+  }
+};
+const testing::Environment* const table = testing::AddGlobalTestEnvironment(new Table);
+
+class Faults : public testing::TestWithParam<Fault>
+{
+};
+
+TEST_P(Faults, AreBounded)
+{
+  const Fault& fault = GetParam();
+  SCOPED_TRACE(fault.name + ", " + fault.when);
+  const Outcome outcome = fly(fault);
+  EXPECT_GE(outcome.flight.min_clearance_m, fault.least_clearance_m) << "it must not hit anything";
+  EXPECT_TRUE(outcome.flight.finite);
+  EXPECT_TRUE(fault.ends.count(outcome.flight.status)) << toString(outcome.flight.status);
+  EXPECT_TRUE(inOrder(fault.events, outcome.events))
+      << "wanted " << joined(fault.events) << ", got " << joined(outcome.events);
+  EXPECT_LE(fault.rest_s < kForEver ? outcome.rest_s : 0.0, fault.rest_s);
+  Table::add(fault, outcome, !HasFailure());
+}
+
+std::string testName(const testing::TestParamInfo<Fault>& info)
+{
+  std::string name = info.param.name + "_" + info.param.when;
+  for (char& c : name)
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Matrix, Faults, testing::ValuesIn(matrix()), testName);
+
+}  // namespace
+}  // namespace slalom
