@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Fly.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <iostream>
 #include <map>
 #include <optional>
@@ -31,6 +33,17 @@ std::string quoted(const std::string& text)
     cell += c == '\n' || c == '\r' ? ' ' : c;
   }
   return cell + '"';
+}
+
+navigator::State3D stateOf(const simulation::MotionSample& m, mrpt::Clock::time_point now)
+{
+  const Eigen::Matrix3d r = m.q_WB.toRotationMatrix();
+  navigator::State3D state;
+  state.pose = {m.p_W.x(), m.p_W.y(), m.p_W.z(), std::atan2(r(1, 0), r(0, 0)),
+                -std::asin(std::clamp(r(2, 0), -1.0, 1.0)), std::atan2(r(2, 1), r(2, 2))};
+  state.twist = {m.v_W.x(), m.v_W.y(), m.v_W.z(), m.w_B.x(), m.w_B.y(), m.w_B.z()};
+  state.time = now;
+  return state;
 }
 
 class Fly
@@ -122,6 +135,8 @@ void Fly::tick()
   for (const auto& observation : flight_.advance(period, robot_.command())) observe(observation);
   const double now = request_.settings.sensors.record.epoch_s + flight_.time();
   robot_.setTime(mrpt::Clock::fromDouble(now));
+  if (request_.settings.engine.state.source == engine::StateSourceKind::Truth)
+    robot_.setState(stateOf(flight_.state(), robot_.now()));
   host_.step(now);
   writeEvents();
 }
@@ -240,7 +255,14 @@ int Fly::run()
       });
   host_.navigate(request_.mission);
   const auto start = std::chrono::steady_clock::now();
-  fly();
+  try
+  {
+    fly();
+  }
+  catch (const report::OutputError& error)
+  {
+    result_ = resultOf(ExitCode::kInternalError, "OUTPUT_FAILED", error.what());
+  }
   wall_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return finish();
 }

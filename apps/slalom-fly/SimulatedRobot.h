@@ -30,6 +30,14 @@ class SimulatedRobot final : public app::ObservationRobot
   [[nodiscard]] const std::string& lastDetail() const { return last_detail_; }
   [[nodiscard]] std::vector<HeardEvent> takeEvents() { return std::exchange(events_, {}); }
 
+  /// True state, for navigators that ask the vehicle instead of its sensors. Without it: not told.
+  void setState(const navigator::State3D& state) { state_ = state; }
+
+  bool getCurrentState3D(navigator::State3D& state) override
+  {
+    if (state_) state = *state_;
+    return state_.has_value();
+  }
   bool changeSpeeds3D(const navigator::VelocityCommand3D& c) override
   {
     const core::VelocityCommand command{{c.vx, c.vy, c.vz}, c.wz};
@@ -51,6 +59,7 @@ class SimulatedRobot final : public app::ObservationRobot
   void sendNavigationEndDueToErrorEvent() override { failed_ = true; }
 
  private:
+  std::optional<navigator::State3D> state_;
   core::VelocityCommand command_;
   bool ended_ = false, failed_ = false;
   std::string last_detail_;

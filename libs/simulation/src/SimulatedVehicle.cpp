@@ -72,16 +72,16 @@ void SimulatedVehicle::advance(double dt)
   obey(end - t_);
   t_ = end;
 
+  // Means of the step, as an IMU that integrates between its samples gives them: they add up to the
+  // motion exactly, however the commands step.
+  const Eigen::Vector3d a_W = (motion_.v - v_before) / dt;
   const double follows =
       config_.attitude_lag_s > 0.0 ? -std::expm1(-dt / config_.attitude_lag_s) : 1.0;
-  tilt_W_ += follows * ((motion_.v - v_before) / dt - tilt_W_);
-  const Eigen::Vector3d missing = wanted() - motion_.v;
-  const double a = std::min(missing.norm() / config_.velocity_lag_s, config_.max_acceleration_mps2);
-  const Eigen::Quaterniond q_before = sample_.q_WB;
-  sample_ = {motion_.p, motion_.v, a * missing.stableNormalized(),
-             hoverAttitude(tilt_W_, motion_.yaw), Eigen::Vector3d::Zero()};
-  const Eigen::AngleAxisd turned(q_before.conjugate() * sample_.q_WB);
-  sample_.w_B = turned.axis() * core::wrapAngle(turned.angle()) / dt;
+  tilt_W_ += follows * (a_W - tilt_W_);
+  const Eigen::Quaterniond q_WB = hoverAttitude(tilt_W_, motion_.yaw);
+  const Eigen::AngleAxisd turned(sample_.q_WB.conjugate() * q_WB);
+  sample_ = {motion_.p, motion_.v, a_W, q_WB,
+             turned.axis() * core::wrapAngle(turned.angle()) / dt};
 }
 
 }  // namespace slalom::simulation

@@ -63,7 +63,7 @@ class SimulatedVehicle
 
   [[nodiscard]] double time() const { return t_; }  ///< [s] since construction
   [[nodiscard]] const core::Motion& motion() const { return motion_; }
-  /// The whole state; the body rate is the mean one of the last step.
+  /// The whole state; acceleration and body rate are the means of the last step.
   [[nodiscard]] const MotionSample& sample() const { return sample_; }
 
  private:
