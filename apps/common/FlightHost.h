@@ -42,8 +42,8 @@ class FlightHost
 
   [[nodiscard]] navigator::AbstractNavigator3D& navigator() { return *navigator_; }
   [[nodiscard]] bool hasReport() const { return report_ != nullptr; }
-  [[nodiscard]] const std::string& status() const { return status_; }  ///< of the last cycle
-  [[nodiscard]] bool goalReached() const { return goal_reached_; }     ///< in any cycle
+  [[nodiscard]] const std::string& status() const { return status_; }        ///< of the last cycle
+  [[nodiscard]] bool goalReached() const { return goal_reached_; }           ///< in any cycle
   [[nodiscard]] double distanceToGoal() const { return distance_to_goal_; }  ///< [m] last known
 
   /// What the navigator can tell of the input, for the program to add to.

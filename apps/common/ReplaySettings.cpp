@@ -15,14 +15,14 @@ std::filesystem::path ReplaySettings::missionFile() const
 ReplaySettings readReplaySettings(const mrpt_io::IniDocument& document)
 {
   ReplaySettings settings;
-  bindHost(document, settings,
-           [&settings](mrpt_io::ConfigBinder& binder)
-           {
-             binder.bind("replay", settings.replay);
-             for (const char* section :
-                  {"fly", "airframe", "record", "lidar", "imu", "gps", "velocity"})
-               binder.ignore(section);
-           });
+  bindHost(
+      document, settings,
+      [&settings](mrpt_io::ConfigBinder& binder)
+      {
+        binder.bind("replay", settings.replay);
+        for (const char* section : {"fly", "airframe", "record", "lidar", "imu", "gps", "velocity"})
+          binder.ignore(section);
+      });
   return settings;
 }
 

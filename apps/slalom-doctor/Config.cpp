@@ -85,8 +85,9 @@ std::string configReference()
 {
   std::string text = kIntroduction;
   text += "# slalom-replay and the navigator plugin\n\n" + app::describeReplaySettings();
-  text += "# slalom-fly\n\nThe sections above without [replay], the sensors of slalom-record, and\n\n" +
-          app::describeFlySettings();
+  text +=
+      "# slalom-fly\n\nThe sections above without [replay], the sensors of slalom-record, and\n\n" +
+      app::describeFlySettings();
   text += "# slalom-record\n\n" + app::describeRecordSettings();
   text.pop_back();  // of two newlines at the end
   return text;

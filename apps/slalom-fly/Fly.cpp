@@ -39,8 +39,12 @@ navigator::State3D stateOf(const simulation::MotionSample& m, mrpt::Clock::time_
 {
   const Eigen::Matrix3d r = m.q_WB.toRotationMatrix();
   navigator::State3D state;
-  state.pose = {m.p_W.x(), m.p_W.y(), m.p_W.z(), std::atan2(r(1, 0), r(0, 0)),
-                -std::asin(std::clamp(r(2, 0), -1.0, 1.0)), std::atan2(r(2, 1), r(2, 2))};
+  state.pose = {m.p_W.x(),
+                m.p_W.y(),
+                m.p_W.z(),
+                std::atan2(r(1, 0), r(0, 0)),
+                -std::asin(std::clamp(r(2, 0), -1.0, 1.0)),
+                std::atan2(r(2, 1), r(2, 2))};
   state.twist = {m.v_W.x(), m.v_W.y(), m.v_W.z(), m.w_B.x(), m.w_B.y(), m.w_B.z()};
   state.time = now;
   return state;
@@ -81,8 +85,8 @@ class Fly
 Fly::Fly(const Options& options, FlightRequest request)
     : options_(options),
       request_(std::move(request)),
-      flight_(request_.world, request_.settings.airframe, request_.settings.sensors,
-              request_.start, options.seed),
+      flight_(request_.world, request_.settings.airframe, request_.settings.sensors, request_.start,
+              options.seed),
       host_(request_.settings, request_.settings.fly, robot_, options.common.out)
 {
 }
@@ -122,8 +126,7 @@ void Fly::writeEvents()
   for (const HeardEvent& event : robot_.takeEvents())
   {
     char t[32];
-    std::snprintf(t, sizeof t, "%.6f",
-                  event.unix_time - request_.settings.sensors.record.epoch_s);
+    std::snprintf(t, sizeof t, "%.6f", event.unix_time - request_.settings.sensors.record.epoch_s);
     events_->write(std::string(t) + ',' + event.name + ',' + quoted(event.detail) + '\n');
   }
 }
@@ -198,12 +201,8 @@ void Fly::fly()
   }
   result_ = std::move(*ended);
   const FlightTruth truth = flight_.truth();
-  true_flight_ = {truth.t,
-                  truth.length_m,
-                  straight,
-                  goalDistance(),
-                  truth.max_speed_mps,
-                  truth.max_acceleration_mps2,
+  true_flight_ = {truth.t,        truth.length_m,      straight,
+                  goalDistance(), truth.max_speed_mps, truth.max_acceleration_mps2,
                   truth.contacts};
   // A vehicle that reaches its goal too fast to stop there has not arrived.
   const double until = flight_.time() + request_.settings.fly.settle_s;

@@ -12,7 +12,8 @@ int main(int argc, char** argv)
       "vehicle only by velocity commands; whether it touched anything is judged from the world's "
       "geometry. The same seed gives the same flight.\n"
       "Exit codes: 0 goal reached without contact; 2 usage or configuration; 3 world or start "
-      "unusable; 4 goal not reached (GOAL_BLOCKED, UNREACHABLE, FAILED or TIMEOUT in metrics.json); "
+      "unusable; 4 goal not reached (GOAL_BLOCKED, UNREACHABLE, FAILED or TIMEOUT in "
+      "metrics.json); "
       "5 collision; 6 slower than [fly] min_realtime_factor; 130 interrupted; 1 internal error",
       [&options](CLI::App& app)
       {
@@ -21,8 +22,9 @@ int main(int argc, char** argv)
                        "octree (.bt, .ot), trees (.csv: x,y,radius,height) or shapes (.ini)");
         app.add_option("--start", options.start, "x,y,z of the vehicle at rest");
         app.add_option("--goal", options.goal, "x,y,z to reach");
-        app.add_option("--waypoints", options.waypoints,
-                       "waypoints on the way (x,y,z per line); without --goal the last is the goal");
+        app.add_option(
+            "--waypoints", options.waypoints,
+            "waypoints on the way (x,y,z per line); without --goal the last is the goal");
         app.add_option("--seed", options.seed, "of all noise");
         app.add_option("--vehicle-state", options.vehicle_state,
                        "truth, or the estimate from the sensors; wins over [state] source")

@@ -80,8 +80,7 @@ void SimulatedVehicle::advance(double dt)
   tilt_W_ += follows * (a_W - tilt_W_);
   const Eigen::Quaterniond q_WB = hoverAttitude(tilt_W_, motion_.yaw);
   const Eigen::AngleAxisd turned(sample_.q_WB.conjugate() * q_WB);
-  sample_ = {motion_.p, motion_.v, a_W, q_WB,
-             turned.axis() * core::wrapAngle(turned.angle()) / dt};
+  sample_ = {motion_.p, motion_.v, a_W, q_WB, turned.axis() * core::wrapAngle(turned.angle()) / dt};
 }
 
 }  // namespace slalom::simulation

@@ -140,8 +140,8 @@ TEST(FlightRecorder, SeesTheSameOnAPathThatIsFlownAsItGoes)
     told[observation->sensorLabel].push_back(observation);
   for (std::size_t k = 0; k < arrived.size(); ++k)
   {
-    const double age = arrival[k] + RecordConfig{}.epoch_s -
-                       mrpt::Clock::toDouble(arrived[k]->timestamp);
+    const double age =
+        arrival[k] + RecordConfig{}.epoch_s - mrpt::Clock::toDouble(arrived[k]->timestamp);
     const bool scan = arrived[k]->sensorLabel == "VELODYNE";
     EXPECT_GE(age, scan ? 0.099 : -1e-6) << arrived[k]->sensorLabel;
     EXPECT_LE(age, (scan ? 0.102 : 0.0) + 1.0 / kRate + 1e-6) << arrived[k]->sensorLabel;
@@ -186,8 +186,7 @@ FlightTruth pastATree(double y, double speed = 1.5)
 {
   const World world = World::of({{{5.0, y}, 0.3, 6.0}}, {}, true);
   SimulatedFlight flight(world, {}, fewRays(), {{0.0, 0.0, 1.5}, 0.0, 0.35}, 1);
-  while (flight.state().p_W.x() < 10.0)
-    (void)flight.advance(0.05, {{speed, 0.0, 0.0}, 0.0});
+  while (flight.state().p_W.x() < 10.0) (void)flight.advance(0.05, {{speed, 0.0, 0.0}, 0.0});
   return flight.truth();
 }
 
@@ -223,8 +222,9 @@ TEST(SimulatedFlight, SeesEveryContact)
 TEST(SimulatedFlight, RefusesAStartInAnObstacle)
 {
   const World world = World::of({{{5.0, 0.0}, 0.3, 6.0}}, {}, true);
-  const auto start = [&](double x)
-  { SimulatedFlight(world, {}, fewRays(), {{x, 0.0, 1.5}, 0.0, 0.35}, 1); };
+  const auto start = [&](double x) {
+    SimulatedFlight(world, {}, fewRays(), {{x, 0.0, 1.5}, 0.0, 0.35}, 1);
+  };
   EXPECT_THROW(start(5.0), std::invalid_argument);
   EXPECT_THROW(start(4.4), std::invalid_argument);
   EXPECT_NO_THROW(start(4.3));

@@ -121,8 +121,8 @@ core::Motion integrated(const AirframeConfig& config, const VelocityCommand& com
   {
     const auto acceleration = [&](const Vector3d& v)
     {
-      const Vector3d a = (command.v_W - v) / config.velocity_lag_s +
-                         config.drag_per_s * config.wind_mps;
+      const Vector3d a =
+          (command.v_W - v) / config.velocity_lag_s + config.drag_per_s * config.wind_mps;
       return Vector3d(a * std::min(1.0, config.max_acceleration_mps2 / a.norm()));
     };
     const Vector3d middle = m.v + 0.5 * kStep * acceleration(m.v);
@@ -166,7 +166,8 @@ TEST(SimulatedVehicle, TurnsAsItsGyroscopeSaysAndAcceleratesAsItsAccelerometerSa
   {
     // Slewed, as an output gate would.
     if (k % 10 == 0)
-      vehicle.command({{std::sin(0.01 * k), std::cos(0.007 * k) - 1.0, 0.0}, 0.5 * std::sin(0.01 * k)});
+      vehicle.command(
+          {{std::sin(0.01 * k), std::cos(0.007 * k) - 1.0, 0.0}, 0.5 * std::sin(0.01 * k)});
     vehicle.advance(5e-3);
     const MotionSample& m = vehicle.sample();
     const double angle = m.w_B.norm() * 5e-3;

@@ -52,9 +52,9 @@ struct InputSummary
 /// A simulated flight as it really was, whatever the estimate says.
 struct TrueFlight
 {
-  double duration_s = 0.0, length_m = 0.0;  ///< until the end of the mission
-  double straight_m = 0.0;                  ///< from start to goal
-  double goal_distance_m = 0.0;             ///< when it ended
+  double duration_s = 0.0, length_m = 0.0;                  ///< until the end of the mission
+  double straight_m = 0.0;                                  ///< from start to goal
+  double goal_distance_m = 0.0;                             ///< when it ended
   double max_speed_mps = 0.0, max_acceleration_mps2 = 0.0;  ///< norms
   std::uint64_t contacts = 0;
 };

@@ -39,8 +39,8 @@ class FlownPath : public Motion
   [[nodiscard]] Interval around(double t) const;
 
   double step_;
-  std::size_t remembered_;         // states
-  std::int64_t forgotten_ = 0;     // states before the first that is remembered
+  std::size_t remembered_;           // states
+  std::int64_t forgotten_ = 0;       // states before the first that is remembered
   std::deque<MotionSample> states_;  // at least one
 };
 

@@ -18,8 +18,8 @@ namespace slalom::simulation
 /// What really happened, from the world's geometry and the vehicle's true state at every step.
 struct FlightTruth
 {
-  double t = 0.0;         ///< [s] flown
-  double length_m = 0.0;  ///< [m] flown
+  double t = 0.0;                                           ///< [s] flown
+  double length_m = 0.0;                                    ///< [m] flown
   double max_speed_mps = 0.0, max_acceleration_mps2 = 0.0;  ///< norms
   Contact nearest{0.0, Eigen::Vector3d::Zero(), std::numeric_limits<double>::infinity()};
   std::optional<Contact> first_contact;
