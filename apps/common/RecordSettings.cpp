@@ -12,11 +12,7 @@ template <class Settings, class Visit>
 void sections(Settings& settings, Visit&& visit)
 {
   visit("flight", settings.flight);
-  visit("record", settings.sensors.record);
-  visit("lidar", settings.sensors.lidar);
-  visit("imu", settings.sensors.imu);
-  visit("gps", settings.sensors.gps);
-  visit("velocity", settings.sensors.velocity);
+  sensorSections(settings.sensors, visit);
   visit("forest", settings.forest);
   visit("vehicle", settings.vehicle);
 }

@@ -11,6 +11,17 @@
 
 namespace slalom::app
 {
+/// The sections of the sensors on board.
+template <class Suite, class Visit>
+void sensorSections(Suite& suite, Visit&& visit)
+{
+  visit("record", suite.record);
+  visit("lidar", suite.lidar);
+  visit("imu", suite.imu);
+  visit("gps", suite.gps);
+  visit("velocity", suite.velocity);
+}
+
 /// All settings of slalom-record.
 struct RecordSettings
 {

@@ -1,22 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ReplaySettings.h"
 
-#include "slalom/mrpt_io/ConfigBinder.h"
-
 namespace slalom::app
 {
-namespace
-{
-/// The one list of sections that slalom-replay has besides the engine's.
-template <class Settings, class Visit>
-void sections(Settings& settings, Visit&& visit)
-{
-  visit("input", settings.input);
-  visit("report", settings.report);
-  visit("replay", settings.replay);
-}
-}  // namespace
-
 std::filesystem::path ReplaySettings::missionFile() const
 {
   const std::filesystem::path named = replay.mission;
@@ -29,24 +15,23 @@ std::filesystem::path ReplaySettings::missionFile() const
 ReplaySettings readReplaySettings(const mrpt_io::IniDocument& document)
 {
   ReplaySettings settings;
-  settings.document = document;
-  mrpt_io::ConfigBinder binder(document);
-  engine::bind(binder, settings.engine);
-  sections(settings, [&binder](const char* name, auto& section) { binder.bind(name, section); });
-  binder.ignore("CAbstractNavigator");
-  binder.finish();
-  engine::check(settings.engine);
-  settings.effective = binder.effective();
+  bindHost(
+      document, settings,
+      [&settings](mrpt_io::ConfigBinder& binder)
+      {
+        binder.bind("replay", settings.replay);
+        for (const char* section : {"fly", "airframe", "record", "lidar", "imu", "gps", "velocity"})
+          binder.ignore(section);
+      });
   return settings;
 }
 
 std::string describeReplaySettings()
 {
-  std::string markdown = engine::describeEngineConfig();
   const ReplaySettings defaults;
-  sections(defaults, [&markdown](const char* name, const auto& section)
-           { markdown += mrpt_io::describe(name, section) + "\n"; });
-  return markdown;
+  return engine::describeEngineConfig() + mrpt_io::describe("input", defaults.input) + "\n" +
+         mrpt_io::describe("report", defaults.report) + "\n" +
+         mrpt_io::describe("replay", defaults.replay) + "\n";
 }
 
 }  // namespace slalom::app

@@ -3,6 +3,7 @@
 
 #include <sstream>
 
+#include "FlySettings.h"
 #include "Program.h"
 #include "RecordSettings.h"
 #include "ReplaySettings.h"
@@ -67,7 +68,9 @@ std::vector<Finding> examineConfig(const std::vector<std::string>& files,
   common.assignments = assignments;
   try
   {
-    return examine(app::readReplaySettings(common.document()));
+    const app::ReplaySettings settings = app::readReplaySettings(common.document());
+    (void)app::readFlySettings(common.document());  // each leaves the other's own sections alone
+    return examine(settings);
   }
   catch (const std::runtime_error& error)
   {
@@ -82,6 +85,9 @@ std::string configReference()
 {
   std::string text = kIntroduction;
   text += "# slalom-replay and the navigator plugin\n\n" + app::describeReplaySettings();
+  text +=
+      "# slalom-fly\n\nThe sections above without [replay], the sensors of slalom-record, and\n\n" +
+      app::describeFlySettings();
   text += "# slalom-record\n\n" + app::describeRecordSettings();
   text.pop_back();  // of two newlines at the end
   return text;

@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <fstream>
 
+#include "InputFiles.h"
 #include "Progress.h"
 #include "RecordSettings.h"
-#include "slalom/core/Files.h"
 #include "slalom/mrpt_io/RawlogWriter.h"
 #include "slalom/simulation/World.h"
 
@@ -25,34 +25,6 @@ app::RecordSettings readSettings(const Options& options)
   if (options.acceleration)
     document.set("flight.acceleration_mps2=" + std::to_string(*options.acceleration));
   return app::readRecordSettings(document);
-}
-
-/// The input is at fault, not the program.
-class InputError : public std::runtime_error
-{
- public:
-  using std::runtime_error::runtime_error;
-};
-
-template <class Load>
-auto loaded(Load&& load)
-{
-  try
-  {
-    return load();
-  }
-  catch (const std::runtime_error& error)
-  {
-    throw InputError(error.what());
-  }
-}
-
-void refuseExisting(const fs::path& file, bool overwrite)
-{
-  if (!core::mayBeReplaced(file))
-    throw app::UsageError(file.string() + " is in the way: not a regular file");
-  if (!overwrite && fs::exists(file))
-    throw app::UsageError(file.string() + " exists; -w replaces it");
 }
 
 /// The file appears under its name when it is complete.
@@ -96,12 +68,12 @@ void refuseCollision(const World& world, const ScriptedFlight& flight, double ra
                 "vehicle's radius is %.2f m. --allow-collision flies it all the same",
                 contact->distance, contact->t, contact->p_W.x(), contact->p_W.y(), contact->p_W.z(),
                 radius);
-  throw InputError(text);
+  throw app::InputError(text);
 }
 
 void makeForest(const Options& options, const app::RecordSettings& settings)
 {
-  refuseExisting(options.make_forest, options.common.overwrite);
+  app::refuseExisting(options.make_forest, options.common.overwrite);
   try
   {
     writeText(options.make_forest,
@@ -136,10 +108,10 @@ int record(const Options& options, const app::RecordSettings& settings)
 {
   if (options.world.empty() || options.trajectory.empty() || options.rawlog.empty())
     throw app::UsageError("--world, --trajectory and --rawlog are needed");
-  refuseExisting(options.rawlog, options.common.overwrite);
-  const World world = loaded([&] { return World::load(options.world); });
+  app::refuseExisting(options.rawlog, options.common.overwrite);
+  const World world = app::loaded([&] { return World::load(options.world); });
   const ScriptedFlight flight =
-      loaded([&] { return ScriptedFlight::load(options.trajectory, settings.flight); });
+      app::loaded([&] { return ScriptedFlight::load(options.trajectory, settings.flight); });
   if (!options.allow_collision) refuseCollision(world, flight, settings.vehicle.radius_m);
 
   const fs::path& out = options.common.out;
@@ -149,7 +121,7 @@ int record(const Options& options, const app::RecordSettings& settings)
     fs::create_directories(out, error);
     if (error) throw app::UsageError(out.string() + " cannot be made: " + error.message());
     for (const char* name : {"truth.tum", "effective.ini"})
-      refuseExisting(out / name, options.common.overwrite);
+      app::refuseExisting(out / name, options.common.overwrite);
   }
   const double end = writeRawlog(options, settings, world, flight);
   if (!out.empty())
@@ -170,7 +142,7 @@ int run(const Options& options)
     makeForest(options, settings);
     return app::kDone;
   }
-  catch (const InputError& error)
+  catch (const app::InputError& error)
   {
     std::cerr << "slalom-record: " << error.what() << "\n";
     return app::kBadInput;

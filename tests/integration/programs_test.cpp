@@ -13,6 +13,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <tuple>
 
 #include "SharedData.h"
 
@@ -234,6 +235,123 @@ TEST_F(Programs, ReplayChecksWithoutPlaying)
   EXPECT_FALSE(fs::exists(path("dry")));
 }
 
+/// A short flight past the trees in a hall, whose walls answer every ray.
+class Fly : public Programs
+{
+ protected:
+  static void SetUpTestSuite()
+  {
+    Programs::SetUpTestSuite();
+    spill(path("hall.ini"),
+          "[world]\nground = true\n"
+          "[box.west]\nmin = -4,-6,0\nmax = -3.5,6,5\n[box.east]\nmin = 11,-6,0\nmax = 11.5,6,5\n"
+          "[box.south]\nmin = -4,-6.5,0\nmax = 11.5,-6,5\n"
+          "[box.north]\nmin = -4,6,0\nmax = 11.5,6.5,5\n"
+          "[tree.a]\nx = 4\ny = 0.1\nradius = 0.3\nheight = 5\n"
+          "[tree.b]\nx = 7\ny = -2\nradius = 0.4\nheight = 5\n");
+  }
+  static Result fly(const std::string& out, const std::string& more, int seed = 2,
+                    const std::string& goal = "8,0,1.5")
+  {
+    return call(kBin + "/slalom-fly -q --vehicle-state truth --set report.picture_interval_s=5 " +
+                "--world " + path("hall.ini") + " --start 0,0,1.5 --goal " + goal + " --seed " +
+                std::to_string(seed) + " -o " + path(out) + " " + more);
+  }
+};
+
+TEST_F(Fly, ReachesItsGoalAndIsRecordedForReplay)
+{
+  const Result run = fly("flown", "--record " + path("flown.rawlog"));
+  ASSERT_EQ(run.code, 0) << run.output;
+  for (const char* name :
+       {"metrics.json", "cycles.csv", "commands.csv", "estimate.tum", "truth.tum", "overview.png",
+        "timing.png", "tracking.png", "map.bt", "effective.ini", "events.csv", "cycles/000000.png"})
+    EXPECT_TRUE(fs::exists(path(std::string("flown/") + name))) << name;
+  const auto m = metrics("flown");
+  EXPECT_EQ(m["result"]["name"], "GOAL_REACHED");
+  EXPECT_EQ(m["success"], true);
+  EXPECT_EQ(m["run"]["seed"], 2);
+  EXPECT_EQ(m["flight"]["contacts"], 0);
+  EXPECT_GE(m["flight"]["min_clearance_m"], 0.35);
+  EXPECT_EQ(m["clearance"]["min_true_m"], m["flight"]["min_clearance_m"]);
+  EXPECT_NEAR(m["flight"]["straight_m"], 8.0, 1e-9);
+  EXPECT_GT(m["flight"]["length_m"], 7.0);
+  EXPECT_LT(m["flight"]["length_m"], 14.0);
+  EXPECT_LE(m["goal_error_m"], 0.6);
+  EXPECT_GT(m["flight"]["realtime_factor"], 0.0);
+  const std::string events = slurp(path("flown/events.csv"));
+  EXPECT_EQ(events.substr(0, 15), "t,event,detail\n");
+  EXPECT_NE(events.find("GOAL_REACHED"), std::string::npos) << events;
+
+  const Result played = replay(path("flown.rawlog"), "flown_replayed",
+                               "--mission " + path("mission.csv") + " --set state.source=truth");
+  EXPECT_EQ(played.code, 0) << played.output;
+  EXPECT_EQ(metrics("flown_replayed")["result"]["name"], "GOAL_REACHED");
+}
+
+TEST_F(Fly, TheSameSeedIsTheSameFlight)
+{
+  const std::string limit = "--time-limit 3 ";
+  EXPECT_EQ(fly("seed_a", limit).code, 4);
+  EXPECT_EQ(fly("seed_b", limit).code, 4);
+  EXPECT_EQ(fly("seed_c", limit, 3).code, 4);
+  EXPECT_EQ(metrics("seed_a")["result"]["name"], "TIMEOUT");
+  const auto hash = [](const char* out) { return metrics(out)["run"]["decision_hash"]; };
+  EXPECT_EQ(hash("seed_a"), hash("seed_b"));
+  EXPECT_NE(hash("seed_a"), hash("seed_c"));
+  for (const char* name : {"cycles.csv", "commands.csv", "truth.tum", "events.csv"})
+    EXPECT_TRUE(slurp(path(std::string("seed_a/") + name)) ==
+                slurp(path(std::string("seed_b/") + name)))
+        << name;
+}
+
+TEST_F(Fly, OfANavigatorThatSeesNothingEndsInTheTree)
+{
+  const std::string straight =
+      "--set fly.navigator=StraightNavigatorFactory "
+      "--set fly.plugin=" SLALOM_STRAIGHT_MODULE " ";
+  const Result run = fly("blind", straight);
+  EXPECT_EQ(run.code, 5) << run.output;
+  const auto m = metrics("blind");
+  EXPECT_EQ(m["result"]["name"], "COLLISION");
+  EXPECT_EQ(m["success"], false);
+  EXPECT_EQ(m["flight"]["contacts"], 1);
+  EXPECT_LT(m["flight"]["min_clearance_m"], 0.35);
+
+  // The way beside the trees is free, and the same navigator arrives there.
+  const Result free = fly("beside", straight, 2, "0,4,1.5");
+  EXPECT_EQ(free.code, 0) << free.output;
+  EXPECT_EQ(metrics("beside")["result"]["name"], "GOAL_REACHED");
+}
+
+TEST_F(Fly, NamesWhatIsWrong)
+{
+  const std::string bin = kBin + "/slalom-fly -q -o " + path("refused") + " ";
+  const std::string world = "--world " + path("hall.ini") + " ";
+  spill(path("bad_world.csv"), "x,y,radius,height\n1,2,three,4\n");
+  const std::tuple<std::string, int, const char*> bad[] = {
+      {world + "--start 0,0,1.5", 2, "--goal"},
+      {"--start 0,0,1 --goal 8,0,1", 2, "--world"},
+      {world + "--start 0,0 --goal 8,0,1", 2, "--start 0,0"},
+      {world + "--start 0,0,1x --goal 8,0,1", 2, "--start"},
+      {world + "--start 0,0,1 --goal 8,nan,1", 2, "--goal 8,nan,1"},
+      {world + "--start 0,0,1 --goal 8,0,1 --set airframe.velocity_lga_s=1", 2, "velocity_lag_s"},
+      {world + "--start 0,0,1 --goal 8,0,1 --set fly.time_limit_s=-1", 2, "time_limit_s"},
+      {world + "--start 0,0,1 --waypoints /nowhere.csv", 2, "/nowhere.csv"},
+      {"--world /nowhere.csv --start 0,0,1 --goal 8,0,1", 3, "/nowhere.csv"},
+      {"--world " + path("bad_world.csv") + " --start 0,0,1 --goal 8,0,1", 3, "bad_world.csv:2"},
+      {world + "--start 4,0.2,1.5 --goal 8,0,1", 3, "start"},
+      {world + "--start 4,0.7,1.5 --goal 8,0,1", 3, "radius is 0.35"}};
+  for (const auto& [arguments, code, says] : bad)
+  {
+    SCOPED_TRACE(arguments);
+    const Result run = call(bin + arguments);
+    EXPECT_EQ(run.code, code) << run.output;
+    EXPECT_NE(run.output.find(says), std::string::npos) << run.output;
+    EXPECT_FALSE(fs::exists(path("refused")));
+  }
+}
+
 TEST_F(Programs, DoctorFindsWhatTheReplayRefuses)
 {
   const auto examine = [&](const std::string& more)
@@ -262,6 +380,8 @@ TEST_F(Programs, DoctorFindsWhatTheReplayRefuses)
               std::string(says) == "nowhere.csv" ? 0 : 2)
         << "only a mission file may be replaced, by --mission";
   }
+  spill(path("bad.ini"), "[airframe]\nwind_mps = 1,2\n");
+  EXPECT_EQ(examine("-c " + path("bad.ini")).code, 2) << "sections of slalom-fly are examined too";
 }
 
 TEST_F(Programs, ConfigurationReferenceIsUpToDate)
@@ -274,7 +394,8 @@ TEST_F(Programs, ConfigurationReferenceIsUpToDate)
 
 TEST_F(Programs, EveryProgramHasHelpAndVersion)
 {
-  for (const char* program : {"slalom-replay", "slalom-record", "slalom-import", "slalom-doctor"})
+  for (const char* program :
+       {"slalom-replay", "slalom-fly", "slalom-record", "slalom-import", "slalom-doctor"})
   {
     EXPECT_EQ(call(kBin + "/" + program + " --help").code, 0) << program;
     EXPECT_EQ(call(kBin + "/" + program + " --version").code, 0) << program;

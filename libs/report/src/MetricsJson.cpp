@@ -76,6 +76,20 @@ Json inputOf(const RunInfo& info, const InputSummary& input)
           {"dropped", Json(input.dropped)}};
 }
 
+Json flightOf(const RunSummary& summary)
+{
+  const TrueFlight& f = *summary.flight;
+  return {{"duration_s", number(f.duration_s)},
+          {"length_m", number(f.length_m)},
+          {"straight_m", number(f.straight_m)},
+          {"goal_distance_m", number(f.goal_distance_m)},
+          {"min_clearance_m", number(summary.min_true_clearance_m)},
+          {"contacts", f.contacts},
+          {"max_speed_mps", number(f.max_speed_mps)},
+          {"max_acceleration_mps2", number(f.max_acceleration_mps2)},
+          {"realtime_factor", number(summary.realtime_factor)}};
+}
+
 Json runOf(const FlightMetrics& m, const RunInfo& info, const RunSummary& summary)
 {
   return {{"version", textOrNull(info.version)},
@@ -113,6 +127,7 @@ std::string metricsJson(const FlightMetrics& m, const RunInfo& info, const RunSu
   json["timing"] = timingOf(m.timing);
   json["planning"] = planningOf(m.planning);
   json["input"] = inputOf(info, summary.input);
+  if (summary.flight) json["flight"] = flightOf(summary);
   json["run"] = runOf(m, info, summary);
   // A title or path that is not UTF-8 must not cost the user the numbers.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

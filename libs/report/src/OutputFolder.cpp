@@ -17,11 +17,11 @@ namespace slalom::report
 namespace fs = std::filesystem;
 namespace
 {
-constexpr std::array<std::string_view, 16> kReportFiles = {
-    "metrics.json",  "cycles.csv",    "commands.csv", "timing.csv",
-    "estimate.tum",  "reference.tum", "refined.tum",  "setpoints.tum",
-    "truth.tum",     "overview.png",  "timing.png",   "tracking.png",
-    "effective.ini", "map.bt",        "report.html",  "flight.mp4"};
+constexpr std::array<std::string_view, 17> kReportFiles = {
+    "metrics.json",  "cycles.csv",   "commands.csv",  "timing.csv", "estimate.tum",
+    "reference.tum", "refined.tum",  "setpoints.tum", "truth.tum",  "overview.png",
+    "timing.png",    "tracking.png", "effective.ini", "map.bt",     "report.html",
+    "flight.mp4",    "events.csv"};
 
 std::string withoutPart(std::string name)
 {

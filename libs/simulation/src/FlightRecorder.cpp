@@ -64,18 +64,39 @@ mrpt::obs::CObservation::Ptr FlightRecorder::nextScan()
   return mrpt_io::makeVelodyneObservation(epoch_ + scan.t, scan.packets, lidar_.mount());
 }
 
+/// The first of the earliest: equal times are always told in the same order.
+FlightRecorder::Stream& FlightRecorder::earliest()
+{
+  return *std::min_element(streams_.begin(), streams_.end(),
+                           [](const Stream& a, const Stream& b) { return a.next() < b.next(); });
+}
+
+mrpt::obs::CObservation::Ptr FlightRecorder::observe(Stream& stream)
+{
+  time_ = stream.next();
+  ++stream.count;
+  return stream.observe(time_);
+}
+
 mrpt::obs::CObservation::Ptr FlightRecorder::next()
 {
-  // The first of the earliest: equal times are always told in the same order.
-  Stream& stream =
-      *std::min_element(streams_.begin(), streams_.end(),
-                        [](const Stream& a, const Stream& b) { return a.next() < b.next(); });
+  Stream& stream = earliest();
   const double t = stream.next();
   if (lidar_.nextScanStart() < t && lidar_.nextScanEnd() <= duration_) return nextScan();
-  if (t > duration_) return nullptr;
-  ++stream.count;
-  time_ = t;
-  return stream.observe(t);
+  return t > duration_ ? nullptr : observe(stream);
+}
+
+std::vector<mrpt::obs::CObservation::Ptr> FlightRecorder::arrivedBy(double now)
+{
+  constexpr double kSameTime = 1e-9;  // [s]
+  std::vector<mrpt::obs::CObservation::Ptr> arrived;
+  for (now = std::min(now, duration_) + kSameTime;;)
+  {
+    Stream& stream = earliest();
+    const double scanned = lidar_.nextScanEnd();
+    if (std::min(scanned, stream.next()) > now) return arrived;
+    arrived.push_back(scanned < stream.next() ? nextScan() : observe(stream));
+  }
 }
 
 std::optional<Contact> firstContact(const World& world, const Motion& motion, double duration,

@@ -57,7 +57,10 @@ int PrimitiveSolids::clampedY(double y) const
 void PrimitiveSolids::buildGrid()
 {
   const Eigen::Vector2d extent = bounds_.sizes().head<2>();
-  edge_ = std::max(1.0, std::sqrt(extent.x() * extent.y() / kMaxCells));
+  const double area = extent.x() * extent.y();
+  // About one shape per cell: a ray then pays as much for cells as for shapes.
+  edge_ = std::clamp(std::sqrt(area / double(trees_.size() + boxes_.size())), 1.0, 4.0);
+  edge_ = std::max(edge_, std::sqrt(area / kMaxCells));
   size_x_ = static_cast<int>(extent.x() / edge_) + 1;
   size_y_ = static_cast<int>(extent.y() / edge_) + 1;
   const std::size_t cells = cell(0, size_y_), shapes = trees_.size() + boxes_.size();

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <sstream>
 
+#include "Observations.h"
 #include "TempFile.h"
 #include "slalom/core/Rng.h"
 #include "slalom/mrpt_io/Encoders.h"
@@ -25,6 +25,7 @@ namespace
 using Eigen::Vector3d;
 using mrpt::obs::CObservationVelodyneScan;
 using mrpt_io::VelodynePacket;
+using test::bytesOf;
 
 /// Stands still, or turns and drifts at constant rates.
 struct SteadyMotion : Motion
@@ -342,17 +343,6 @@ struct Recording
     return observations;
   }
 };
-
-std::string bytesOf(const mrpt::obs::CObservation& observation)
-{
-  const auto* scan = dynamic_cast<const CObservationVelodyneScan*>(&observation);
-  if (scan)
-    return {reinterpret_cast<const char*>(scan->scan_packets.data()),
-            scan->scan_packets.size() * sizeof(scan->scan_packets[0])};
-  std::ostringstream text;
-  observation.getDescriptionAsText(text);
-  return text.str();
-}
 
 TEST(FlightRecorder, ToldInOrderOfTimeAtTheRatesAskedFor)
 {

@@ -49,6 +49,16 @@ struct InputSummary
   std::map<std::string, std::uint64_t> dropped;  ///< reason -> count
 };
 
+/// A simulated flight as it really was, whatever the estimate says.
+struct TrueFlight
+{
+  double duration_s = 0.0, length_m = 0.0;                  ///< until the end of the mission
+  double straight_m = 0.0;                                  ///< from start to goal
+  double goal_distance_m = 0.0;                             ///< when it ended
+  double max_speed_mps = 0.0, max_acceleration_mps2 = 0.0;  ///< norms
+  std::uint64_t contacts = 0;
+};
+
 /// Known after the last cycle.
 struct RunSummary
 {
@@ -57,6 +67,7 @@ struct RunSummary
   std::optional<double> goal_error_m;  ///< from the truth; absent: of the last cycle's estimate
   std::optional<double> min_true_clearance_m;  ///< from the world's geometry; absent in replay
   std::optional<double> realtime_factor;
+  std::optional<TrueFlight> flight;  ///< of a simulated flight only
 };
 
 }  // namespace slalom::report

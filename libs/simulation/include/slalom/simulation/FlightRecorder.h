@@ -64,6 +64,11 @@ class FlightRecorder
   [[nodiscard]] mrpt::obs::CObservation::Ptr next();
   [[nodiscard]] double time() const { return time_; }  ///< [s] of the newest observation
 
+  /** For a motion that is known up to the present only: what has arrived by `now` and was not told
+   * before, in order of arrival. A scan arrives with its last packet. The same observations as from
+   * next(), in another order. */
+  [[nodiscard]] std::vector<mrpt::obs::CObservation::Ptr> arrivedBy(double now);
+
  private:
   struct Stream
   {
@@ -73,6 +78,8 @@ class FlightRecorder
     [[nodiscard]] double next() const { return static_cast<double>(count) / rate; }
   };
   [[nodiscard]] mrpt::obs::CObservation::Ptr nextScan();
+  [[nodiscard]] Stream& earliest();
+  [[nodiscard]] mrpt::obs::CObservation::Ptr observe(Stream& stream);
   void addStreams(const SensorSuite& suite);
 
   const World& world_;

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-namespace slalom::replay
+namespace slalom::app
 {
 namespace
 {
@@ -58,4 +58,4 @@ std::string sha256OfFile(const std::filesystem::path& file)
   return digest.hex();
 }
 
-}  // namespace slalom::replay
+}  // namespace slalom::app
