@@ -98,13 +98,6 @@ Eigen::Vector3d Engine::Impl::pointDue(double t, const Eigen::Vector3d& point_of
   return from + (t - since) / (until - since) * (to - from);
 }
 
-// Planners that know disturbances get this one.
-template <class Input>
-void tellDisturbance(Input& input, const Eigen::Vector3d& disturbance_W)
-{
-  if constexpr (requires { input.disturbance_W; }) input.disturbance_W = disturbance_W;
-}
-
 /// Why the plan in force makes the vehicle brake for safety; empty if it does not.
 std::string Engine::Impl::doubt(const core::CycleRecord& record) const
 {
@@ -127,7 +120,8 @@ core::VelocityCommand Engine::Impl::plan(Cycle& cycle)
   input.state = cycle.ahead;
   input.last_command = last_command;
   input.deadline = localDeadline(cycle);
-  tellDisturbance(input, predictor.disturbance());
+  input.disturbance_W = predictor.disturbance();
+  input.movers = record.movers;
   Hold hold = handOver({config, *flight, refinements, source, currentMap(), record.t,
                         record.state.t, standstill.stuck()},
                        input);
@@ -166,33 +160,6 @@ core::VelocityCommand Engine::Impl::stop(core::CycleRecord& record, std::string 
   input.state = record.state;
   input.last_command = last_command;
   return local.step(input).command;
-}
-
-/// The last command, brought nearer to rest as the limits allow; needs nobody's help.
-core::VelocityCommand Engine::Impl::slowed(double dt) const
-{
-  const double change = config.vehicle.max_acceleration_mps2 * dt;
-  core::VelocityCommand command;
-  for (int i = 0; i < 3; ++i)
-    command.v_W[i] =
-        std::copysign(std::max(std::abs(last_command.v_W[i]) - change, 0.0), last_command.v_W[i]);
-  return command;
-}
-
-/** The one way out: every command of every cycle passes here, whoever decided it. The output gate's
- * place is between `wanted` and `record.command`; an intervention goes into record.gate. */
-void Engine::Impl::release(Cycle& cycle, const core::VelocityCommand& wanted)
-{
-  core::CycleRecord& record = cycle.record;
-  const bool finite = wanted.v_W.allFinite() && std::isfinite(wanted.yaw_rate);
-  record.command = finite ? wanted : slowed(cycle.dt);
-  if (!finite) record.gate.intervention = "the command was not finite: brake";
-  if (cycle.unsafe.empty()) cycle.unsafe = record.gate.intervention;
-  last_command = record.command;
-  if (flight)
-    predictor.sent(record.t, record.command);
-  else
-    predictor.forget();  // without a mission the vehicle is somebody else's
 }
 
 void Engine::Impl::describe(core::CycleRecord& record) const
@@ -288,7 +255,7 @@ core::CycleRecord Engine::step(double t, bool drive)
   }
   catch (const std::exception& error)
   {
-    wanted = me.slowed(dt);
+    wanted = {};
     record.reason = std::string("internal error: ") + error.what() + ": brake";
     cycle.unsafe = record.reason;
     ++me.statistics.dropped["cycle: internal error"];

@@ -21,6 +21,7 @@ void sections(Config& config, Visit&& visit)
   visit("mapping", config.mapping);
   visit("global_planner", config.global_planner);
   visit("local_planner", config.local_planner);
+  visit("safety", config.safety);
 }
 
 void require(bool holds, const std::string& rule)
@@ -66,6 +67,11 @@ void check(const EngineConfig& config)
   require(global.min_altitude_m < global.max_altitude_m,
           "global_planner.min_altitude_m = " + text(global.min_altitude_m) +
               " must be below max_altitude_m = " + text(global.max_altitude_m));
+  require(
+      !config.safety.verify_stop || global.unknown != global_planner::UnknownPolicy::Free ||
+          config.safety.unknown == core::UnknownAs::Free,
+      "safety.unknown = occupied contradicts global_planner.unknown = free: the gate would stop "
+      "what the planner plans");
   require(map.min_range_m < map.update_range_m,
           "mapping.min_range_m = " + text(map.min_range_m) +
               " must be below update_range_m = " + text(map.update_range_m));

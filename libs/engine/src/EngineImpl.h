@@ -21,6 +21,7 @@
 #include "Stopwatch.h"
 #include "slalom/engine/Engine.h"
 #include "slalom/local_planner/LocalPlanner.h"
+#include "slalom/safety/OutputGate.h"
 
 namespace slalom::engine
 {
@@ -40,7 +41,8 @@ struct Engine::Impl
         local(c.local_planner, c.vehicle),
         clock(c.mission.max_lead_s),
         judge(config),
-        predictor(c.vehicle)
+        predictor(c.vehicle),
+        gate(c.safety, c.vehicle)
   {
   }
 
@@ -72,7 +74,14 @@ struct Engine::Impl
   [[nodiscard]] double onReference() const;
   /// @}
 
-  /// @name Plan, gate, command (Engine.cpp)
+  /// @name Gate, command (Release.cpp)
+  /// @{
+  [[nodiscard]] safety::StopPath plannedStop() const;
+  void ageReliedStop(double dt);
+  void release(Cycle& cycle, const core::VelocityCommand& wanted);
+  /// @}
+
+  /// @name Cycle, plan (Engine.cpp)
   /// @{
   [[nodiscard]] core::VelocityCommand run(Cycle& cycle);
   [[nodiscard]] core::VelocityCommand plan(Cycle& cycle);
@@ -80,8 +89,6 @@ struct Engine::Impl
   [[nodiscard]] core::Deadline localDeadline(const Cycle& cycle) const;
   [[nodiscard]] Eigen::Vector3d pointDue(double t, const Eigen::Vector3d& point_of_effect_L);
   [[nodiscard]] core::VelocityCommand stop(core::CycleRecord& record, std::string reason);
-  [[nodiscard]] core::VelocityCommand slowed(double dt) const;
-  void release(Cycle& cycle, const core::VelocityCommand& wanted);
   void describe(core::CycleRecord& record) const;
   void finish(const Cycle& cycle);
   /// @}
@@ -96,6 +103,9 @@ struct Engine::Impl
   ReferenceClock clock;
   MissionJudge judge;
   MotionPredictor predictor;
+  safety::OutputGate gate;
+  safety::StopPath relied_stop;  // the plan by which the vehicle could stop after its last command
+  double relied_age_s = 0.0;     // by how much it is older than its first point
   std::deque<std::pair<double, Eigen::Vector3d>>
       due;  // points of the plan, by their time of effect
   StandstillWatch standstill;

@@ -7,17 +7,18 @@ Hold handOver(const Situation& now, local_planner::LocalPlannerInput& input)
 {
   using Kind = Hold::Kind;
   const RateConfig& rates = now.config.rates;
+  const safety::SafetyConfig& safety = now.config.safety;
   if (now.flight.reached) return {Kind::Wanted, "goal reached: hold"};
   if (now.refinements.rejectsGoal(now.config.global_planner.goal_policy))
     return {Kind::Wanted, "goal occupied: rejected"};
   if (now.source.deadReckoning())
     return {Kind::Safety, "neither position nor velocity for too long: brake"};
-  if (now.t - now.state_t > rates.state_timeout_s) return {Kind::Safety, "state too old: brake"};
+  if (now.t - now.state_t > safety.state_timeout_s) return {Kind::Safety, "state too old: brake"};
 
   if (now.stuck) return {Kind::Safety, "the position does not follow the commands: brake"};
 
   const auto& refined = now.refinements.refined();
-  const bool map_is_fresh = now.map && now.t - now.map->field->stamp() <= rates.map_timeout_s;
+  const bool map_is_fresh = now.map && now.t - now.map->field->stamp() <= safety.map_timeout_s;
   if (map_is_fresh && refined)
   {
     input.field = now.map->field;

@@ -37,8 +37,9 @@ struct EngineStatistics
   std::uint64_t refined_ok = 0, refined_failed = 0, recoveries = 0;
   std::uint64_t fallback_shifted = 0, fallback_brake = 0;
   std::uint64_t late_map = 0, late_global = 0, late_local = 0;  ///< steps longer than their period
-  std::uint64_t safe_stops = 0;                                 ///< SAFE_STOP events
-  std::uint64_t safe_recoveries = 0;                            ///< RECOVER events
+  std::map<std::string, std::uint64_t> gate;  ///< commands that the output gate changed, by reason
+  std::uint64_t safe_stops = 0;               ///< SAFE_STOP events
+  std::uint64_t safe_recoveries = 0;          ///< RECOVER events
   std::map<std::string, std::uint64_t> dropped;  ///< measurements not used, by reason
   std::string state_source;                      ///< the source in use
 };

@@ -9,6 +9,7 @@
 #include "slalom/global_planner/GlobalPlannerConfig.h"
 #include "slalom/local_planner/LocalPlannerConfig.h"
 #include "slalom/mapping/MapperConfig.h"
+#include "slalom/safety/SafetyConfig.h"
 
 namespace slalom::mrpt_io
 {
@@ -90,8 +91,6 @@ struct RateConfig
   double global_period_s = 0.1;  ///< [s] at most one global step per period and per new map
   bool threaded = false;    ///< mapper and global planner in their own threads (not reproducible)
   bool require_map = true;  ///< false: without any range data, track R as it is
-  double state_timeout_s = 0.5;  ///< [s] an older state is not trusted: brake
-  double map_timeout_s = 1.0;    ///< [s] an older map is not trusted: brake
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
@@ -105,10 +104,6 @@ struct RateConfig
       "mapper and global planner in threads of their own; results then depend on timing");
     v("require_map", c.require_map,
       "without a map: brake (true) or track the reference blindly (false)");
-    v("state_timeout_s", c.state_timeout_s, Range{0.01, 60.0},
-      "with a state older than this the vehicle brakes");
-    v("map_timeout_s", c.map_timeout_s, Range{0.05, 60.0},
-      "with a map older than this the vehicle brakes");
   }
 };
 
@@ -122,6 +117,7 @@ struct EngineConfig
   mapping::MapperConfig mapping;
   global_planner::GlobalPlannerConfig global_planner;
   local_planner::LocalPlannerConfig local_planner;
+  safety::SafetyConfig safety;
 
   /// The vehicle with the limits that references are planned for.
   [[nodiscard]] core::Vehicle planned() const
