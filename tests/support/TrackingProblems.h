@@ -171,8 +171,8 @@ struct WildTracking
       stage.velocity_weight = wv;
       stage.input_weight = wu;
       stage.change_weight = wc;
-      stage.input_limit = limit;
-      stage.change_limit = change;
+      stage.input_limit = (uneven ? rng.uniform(1.0, 2.0) : 1.0) * limit;
+      stage.change_limit = (uneven ? rng.uniform(0.5, 2.0) : 1.0) * change;
       qp.row_counts[static_cast<std::size_t>(k)] =
           rng.uniform() < crowded ? rng.integer(0, rows) : 0;
       for (int i = 0; i < qp.row_counts[static_cast<std::size_t>(k)]; ++i)

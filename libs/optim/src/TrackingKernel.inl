@@ -600,13 +600,14 @@ bool step(Work& work)
       work.mu + affine * (total(predicted.linear) + affine * total(predicted.square)) / work.pairs;
   const double ratio = std::max(0.0, after / work.mu);
   // The second-order term counts as far as the predictor reaches: in full it can lead the iterates
-  // round in circles.
-  const Aim aim{std::max(1e-12, ratio * ratio * ratio) * work.mu, affine};
+  // round in circles. The cautious do without.
+  const double centre = std::max(work.cautious ? 0.3 : 1e-12, ratio * ratio * ratio);
+  const Aim aim{centre * work.mu, work.cautious ? 0.0 : affine};
   backward(work, aim);
   const Reach reach = forward(work, aim);
   if (!std::isfinite(total(reach.linear) + total(reach.square))) return false;
   // Closer to the boundary the nearer the end is.
-  const double fraction = std::max(0.995, 1.0 - work.mu);
+  const double fraction = work.cautious ? 0.8 : std::max(0.995, 1.0 - work.mu);
   const double loss = top(reach.steepest);
   const double length = loss <= fraction ? 1.0 : fraction / loss;
   if (!(length > 1e-9)) return false;

@@ -17,7 +17,9 @@ constexpr int kLanes = 4;
 constexpr double kSmallest = 1e-3;                         // barrier to look at a guess
 constexpr double kMuOfScale = 0.02, kMuOfResidual = 0.03;  // barrier to begin with
 constexpr double kLittle = 0.02, kFar = 0.15;              // of the way into the interior
-constexpr double kBad = 0.3;                               // residual of a guess, of the scale
+constexpr int kPatience = 15;          // iterations; nearly all solves are over by then
+constexpr double kLowBarrier = 300.0;  // ratio of residual to barrier
+constexpr double kBad = 0.3;           // residual of a guess, of the scale
 
 template <class Vector>
 void put(Quad& quad, const Vector& vector, double factor = 1.0)
@@ -130,6 +132,7 @@ double TrackingRiccati<D>::startAt(double inwards)
 template <int D>
 void TrackingRiccati<D>::start()
 {
+  work_.cautious = false;
   double residual = startAt(kLittle);
   if (residual > kBad * work_.scale) residual = startAt(kFar);
   steps_.centre(work_, std::max(kMuOfScale * work_.scale, kMuOfResidual * residual));
@@ -143,6 +146,18 @@ bool TrackingRiccati<D>::optimal()
   return work_.product <= limit && steps_.dual_residual(work_) <= limit;
 }
 
+/// For the one program in hundreds that takes its time. Either the barrier is too low for the way
+/// that is still to go, or the iterates circle around the end of it.
+template <int D>
+void TrackingRiccati<D>::help(int iteration)
+{
+  const double residual = steps_.dual_residual(work_);
+  work_.cautious = residual <= config_.tolerance * work_.scale;
+  if (iteration != kPatience || residual <= kLowBarrier * work_.mu) return;
+  steps_.centre(work_, kMuOfResidual * residual);
+  steps_.measure(work_);
+}
+
 template <int D>
 core::Termination TrackingRiccati<D>::iterate(const core::Deadline& deadline)
 {
@@ -151,6 +166,7 @@ core::Termination TrackingRiccati<D>::iterate(const core::Deadline& deadline)
     if (optimal()) return Termination::Converged;
     if (i >= config_.max_iterations) return Termination::IterationLimit;
     if (deadline.passed()) return Termination::TimeLimit;
+    if (i >= kPatience) help(i);
     if (!steps_.step(work_)) return Termination::NumericalFailure;
     steps_.measure(work_);
   }
@@ -159,6 +175,7 @@ core::Termination TrackingRiccati<D>::iterate(const core::Deadline& deadline)
 template <int D>
 void TrackingRiccati<D>::takeIterate(const TrackingQp<D>& problem)
 {
+  solution_.row_forces.setZero();  // also of rows that are not in use this time
   for (Eigen::Index k = 0; k < solution_.inputs.cols(); ++k)
   {
     const TrackingNode<D>& node = work_.nodes[static_cast<std::size_t>(k)];

@@ -29,6 +29,7 @@ class TrackingRiccati : public TrackingSolver<D>
   void start();
   core::Termination iterate(const core::Deadline& deadline);
   bool optimal();
+  void help(int iteration);
   void takeIterate(const TrackingQp<D>& problem);
   void takeGuess(const TrackingQp<D>& problem);
   static const char* name(core::Termination termination);  // no message may need memory

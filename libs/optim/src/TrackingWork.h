@@ -73,11 +73,12 @@ struct TrackingWork
   int max_groups;
   Quad p, v, u_before;
 
-  double pairs = 0.0;    ///< number of gaps
-  double mu = 0.0;       ///< mean of gap times force
-  double product = 0.0;  ///< largest of them
-  double scale = 1.0;    ///< 1 + largest gradient of the cost
-  double damping = 0.0;  ///< added to the Newton matrix, relative to scale
+  double pairs = 0.0;     ///< number of gaps
+  double mu = 0.0;        ///< mean of gap times force
+  double product = 0.0;   ///< largest of them
+  double scale = 1.0;     ///< 1 + largest gradient of the cost
+  bool cautious = false;  ///< stay near the central path
+  double damping = 0.0;   ///< added to the Newton matrix, relative to scale
 };
 
 /// The steps of the interior point for one processor and one kind of vehicle.
