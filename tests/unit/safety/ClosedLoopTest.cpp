@@ -85,7 +85,7 @@ safety::StopPath lie(core::Rng& rng, const test::GateFlight& flight)
   return path;
 }
 
-/// What is left of a path one tick later.
+/// What is left of a path one tick later; a tick is a step.
 safety::StopPath advanced(safety::StopPath path)
 {
   if (path.p_L.size() > 2)
@@ -116,6 +116,7 @@ double leastClearanceUnder(Attack& attack, std::uint64_t seed)
     in.wanted = malice.next(flight);
     if (attack.lying_plans)
     {
+      // A new lie every five ticks; the gate is handed back what it relied on, as it asks for.
       if (tick % 5 == 0 || plan.p_L.empty()) plan = lie(rng, flight);
       in.plan = &plan;
       if (relies) in.kept_plan = &kept;
@@ -165,20 +166,30 @@ TEST(ClosedLoop, NorWithPlansThatLie)
     std::printf(
         "lying plans, graze %.2f m: least clearance beyond the radius %.4f m, %.0f m flown\n",
         graze, least, attack.distance);
-    EXPECT_GE(least, -graze - 0.01);
+    EXPECT_GE(least, -graze - 1e-4);
   }
 }
 
+/// Braking has a reserve for a lag of 0.25 s; what follows a plan, and a longer lag, costs.
 TEST(ClosedLoop, AWrongLagCostsCentimetres)
 {
-  std::uint64_t seed = 2000;
-  for (Attack attack : {Attack{.true_lag = 0.25}, Attack{.true_lag = 0.15},
-                        Attack{.speed = 2.0, .acceleration = 3.0, .true_lag = 0.25}})
+  struct Case
   {
-    const double least = worstOf(attack, seed += 100);
-    std::printf("lag %.2f taken for 0.20, speed %.1f: least clearance beyond the radius %.4f m\n",
-                attack.true_lag, attack.speed, least);
-    EXPECT_GE(least, -0.03);
+    Attack attack;
+    double depth;  // [m]
+  };
+  std::uint64_t seed = 2000;
+  for (Case one : {Case{{.true_lag = 0.25}, 1e-3},
+                   {{.true_lag = 0.15}, 1e-3},
+                   {{.speed = 2.0, .acceleration = 3.0, .true_lag = 0.25}, 1e-3},
+                   {{.true_lag = 0.3}, 0.03},
+                   {{.true_lag = 0.25, .lying_plans = true}, 0.09}})
+  {
+    const double least = worstOf(one.attack, seed += 100);
+    std::printf("lag %.2f taken for 0.20, speed %.1f%s: least clearance beyond the radius %.4f m\n",
+                one.attack.true_lag, one.attack.speed,
+                one.attack.lying_plans ? ", lying plans" : "", least);
+    EXPECT_GE(least, -one.depth);
   }
 }
 
