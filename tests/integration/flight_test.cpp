@@ -150,7 +150,9 @@ TEST_P(Latency, ThatIsKnownCostsLittle)
     EXPECT_GE(flight.min_clearance_m, radius_m);
     with += flight.mean_error_m;
   }
-  EXPECT_LT(with, 1.2 * without);
+  // Positions differentiated to velocities are not better known than that.
+  const double measurable = 0.01 * double(seeds.size());
+  EXPECT_LT(with, 1.2 * std::max(without, measurable));
   RecordProperty("mean_error_um", static_cast<int>(1e6 * with / double(seeds.size())));
   RecordProperty("without_delay_um", static_cast<int>(1e6 * without / double(seeds.size())));
 }
