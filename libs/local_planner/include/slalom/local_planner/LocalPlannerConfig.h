@@ -11,13 +11,13 @@ struct LocalPlannerConfig
 {
   int horizon = 25;                 ///< [1] N_p, stages
   double step_s = 0.1;              ///< [s] delta_tc
-  double weight_position = 10.0;    ///< Q, across the reference
-  double weight_lag = 6.0;          ///< Q, along it: a delayed vehicle need not cut corners
+  double weight_position = 4.0;     ///< Q, across the reference
+  double weight_lag = 2.0;          ///< Q, along it: a delayed vehicle need not cut corners
   double weight_yaw = 1.0;          ///< Q, yaw
-  double weight_velocity = 1.0;     ///< Q, velocity against the spline's
-  double weight_command = 0.5;      ///< R, command against the one that keeps the spline's velocity
+  double weight_velocity = 3.0;     ///< Q, velocity against the spline's
+  double weight_command = 1.0;      ///< R, command against the one that keeps the spline's velocity
   double weight_yaw_rate = 0.1;     ///< R, yaw rate against the reference's
-  double weight_rate = 1.0;         ///< S, change of the command against the reference's
+  double weight_rate = 3.0;         ///< S, change of the command against the reference's
   double obstacle_penalty = 200.0;  ///< exact (L1), per metre, row and stage; has to outweigh the
                                     ///< pull of the reference
   int obstacles_per_stage = 4;      ///< [1] nearest obstacle points kept per stage (C_o)
