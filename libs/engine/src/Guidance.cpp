@@ -43,6 +43,7 @@ void Engine::Impl::requestRefinement(const core::VehicleState& state, double t)
   if (!map || !refinements.due(*map, t)) return;
   refinements.asked(*map, t);
   GlobalJob job{flight->number,
+                t,
                 {flight->reference_L,
                  refinements.refined(),
                  map->field,

@@ -64,7 +64,7 @@ void Pipeline::runRefine(GlobalJob job)
     if (hooks_.global) hooks_.global();
     auto output = planner_.step(job.input);
     refinements_.publish(std::make_shared<const GlobalResult>(
-        GlobalResult{job.mission, ++refine_count_, watch.seconds(), std::move(output)}));
+        GlobalResult{job.mission, job.t, ++refine_count_, watch.seconds(), std::move(output)}));
   }
   catch (const std::exception&)
   {

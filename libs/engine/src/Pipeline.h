@@ -41,6 +41,7 @@ struct MapResult
 struct GlobalJob
 {
   std::uint64_t mission = 0;  ///< results of an earlier mission are ignored
+  double t = 0.0;             ///< [s] when it was asked
   global_planner::GlobalPlannerInput input;
 };
 
@@ -48,6 +49,7 @@ struct GlobalJob
 struct GlobalResult
 {
   std::uint64_t mission = 0;
+  double t = 0.0;           ///< [s] of the request
   std::uint64_t count = 0;  ///< global steps so far
   double wall_s = 0.0;
   global_planner::GlobalPlannerOutput output;

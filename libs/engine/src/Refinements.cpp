@@ -28,6 +28,7 @@ std::shared_ptr<const GlobalResult> Refinements::take(const Pipeline& pipeline,
   seen_ = result->count;
   if (result->mission != mission) return nullptr;
   waiting_ = false;
+  answered_t_ = result->t;
   refined_ = result->output.refined;
   outcome_ = result->output.outcome;
   goal_ = result->output.goal;

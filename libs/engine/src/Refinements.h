@@ -42,6 +42,8 @@ class Refinements
   [[nodiscard]] bool rejectsGoal(global_planner::GoalPolicy policy) const;
   /// The planner found no plan of its own; the previous one stays in force.
   [[nodiscard]] bool failed() const;
+  /// Since the map of the newest answer was looked at [s]; infinite without an answer.
+  [[nodiscard]] double age(double t) const { return t - answered_t_; }
   /// How long the planner has been asked without an answer [s].
   [[nodiscard]] double silence(double t) const { return waiting_ ? t - waiting_since_ : 0.0; }
 
@@ -53,6 +55,7 @@ class Refinements
   bool waiting_ = false;
   double waiting_since_ = 0.0;  // [s] first request without an answer
   double asked_t_ = -std::numeric_limits<double>::infinity();
+  double answered_t_ = asked_t_;  // [s] when the question of the newest answer was put
   std::shared_ptr<const global_planner::RefinedReference> refined_;
   global_planner::RefineOutcome outcome_ = global_planner::RefineOutcome::NoField;
   global_planner::GoalReport goal_;
