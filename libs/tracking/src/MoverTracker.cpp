@@ -24,7 +24,7 @@ using detail::Track;
 constexpr std::size_t kMaxTracks = 128;
 constexpr double kTentativeLife = 0.4;  // [s] unseen
 constexpr double kStopTime = 0.5;       // [s] slow for this long is at rest
-constexpr double kTransparent = 0.15;   // [1] a body lets fewer rays through
+constexpr double kTransparent = 0.1;    // [1] a body lets fewer rays through
 constexpr double kBodyMargin = 0.1;     // [m] around the seen body: noise of returns
 
 struct CheckFields
@@ -72,6 +72,7 @@ struct MoverTracker::Impl
 {
   explicit Impl(const TrackingConfig& c) : config(checked(c)), finder(config), history(config) {}
 
+  [[nodiscard]] bool jumped(const std::vector<Object>& objects);
   void assign(const std::vector<Object>& objects);
   void watch(const std::vector<Object>& objects, const Eigen::Vector3f& origin_L,
              std::span<const core::Ray> rays, std::vector<core::Sphere>& ghosts);
@@ -129,10 +130,35 @@ void MoverTracker::Impl::assign(const std::vector<Object>& objects)
   }
 }
 
+// Whether most things are found off their places in one and the same direction: it is the estimate
+// of the vehicle's own position that has moved.
+bool MoverTracker::Impl::jumped(const std::vector<Object>& objects)
+{
+  constexpr std::size_t kEnough = 4;
+  constexpr int kSettled = 4;     // footprints
+  constexpr double kJump = 0.12;  // [m]
+  std::vector<double> along[2];
+  for (std::size_t i = 0; i < tracks.size(); ++i)
+  {
+    if (object_of[i] < 0 || tracks[i].footprints() < kSettled) continue;
+    const Eigen::Vector3d off =
+        objects[static_cast<std::size_t>(object_of[i])].centre_L - tracks[i].p_L;
+    for (int axis = 0; axis < 2; ++axis) along[axis].push_back(off[axis]);
+  }
+  if (along[0].size() < kEnough) return false;
+  double squared = 0.0;
+  for (std::vector<double>& values : along)
+  {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    squared += *middle * *middle;
+  }
+  return squared > kJump * kJump;
+}
+
 // Weighs the evidence of all tracks that were seen, and confirms.
-void MoverTracker::Impl::watch(const std::vector<Object>& objects,
-                               const Eigen::Vector3f& origin_L, std::span<const core::Ray> rays,
-                               std::vector<core::Sphere>& ghosts)
+void MoverTracker::Impl::watch(const std::vector<Object>& objects, const Eigen::Vector3f& origin_L,
+                               std::span<const core::Ray> rays, std::vector<core::Sphere>& ghosts)
 {
   int in_favour = 0, seen = 0;
   std::vector<int>& vote = object_of;  // becomes +1, 0 or -1
@@ -257,6 +283,14 @@ TrackerOutput MoverTracker::update(double t, const Eigen::Vector3d& p_L,
   out.objects = static_cast<int>(objects.size());
   for (Track& track : m.tracks) track.predict(t);
   m.assign(objects);
+  if (m.jumped(objects))
+  {
+    // What was seen before cannot be compared with what is seen now.
+    std::erase_if(m.tracks, [](const Track& track) { return !track.confirmed; });
+    m.history.clear();
+    m.history.add(t, origin_L, rays);
+    m.assign(objects);
+  }
   for (std::size_t i = 0; i < m.tracks.size(); ++i)
   {
     if (m.object_of[i] >= 0)

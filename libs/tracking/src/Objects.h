@@ -24,8 +24,8 @@ struct Object
 [[nodiscard]] Object fitObject(const Eigen::Vector3f& origin_L, std::span<const core::Ray> rays,
                                std::span<const std::uint32_t> chosen);
 
-/** Share of the rays through the core of an object that go on beyond it: next to nothing for a body,
- *  much for leaves and twigs, which may seem to move because other ones are hit each time. */
+/** Share of the rays through the core of an object that go on beyond it: next to nothing for a
+ * body, much for leaves and twigs, which may seem to move because other ones are hit each time. */
 [[nodiscard]] double transparency(const Eigen::Vector3f& origin_L, std::span<const core::Ray> rays,
                                   const Object& object);
 

@@ -22,6 +22,7 @@ float pseudoAngle(float x, float y)
 RangeHistory::RangeHistory(const TrackingConfig& config)
     : margin_m_(static_cast<float>(config.free_margin_m)),
       width_m_(static_cast<float>(config.free_width_m)),
+      min_range_m_(static_cast<float>(config.min_range_m)),
       slots_(kSlots)
 {
   for (Panorama& slot : slots_) slot.range.assign(kColumns * kRows, kEmpty);
@@ -40,6 +41,7 @@ void RangeHistory::add(double t, const Eigen::Vector3f& origin_L, std::span<cons
   }
   Panorama& now = slots_[static_cast<std::size_t>(newest_)];
   const Eigen::Vector3f o = now.origin_L;
+  const float closest = std::max(1.0f, 100.0f * min_range_m_);
   constexpr float kLowest = -0.5f * kRows;
   for (const core::Ray& ray : rays)
   {
@@ -48,7 +50,7 @@ void RangeHistory::add(double t, const Eigen::Vector3f& origin_L, std::span<cons
     const float row = z / (kRowSlope * std::sqrt(planar + 1e-9f)) - kLowest;
     const float range = 100.0f * std::sqrt(planar + z * z);
     // Written so that a comparison with NaN fails.
-    if (!(row >= 0.0f && row < kRows && range >= 0.0f && range < 1e6f)) continue;
+    if (!(row >= 0.0f && row < kRows && range >= closest && range < 1e6f)) continue;
     const int column = std::min(kColumns - 1, static_cast<int>(kQuadrant * pseudoAngle(x, y)));
     std::uint16_t& bin =
         now.range[static_cast<std::size_t>(static_cast<int>(row) * kColumns + column)];

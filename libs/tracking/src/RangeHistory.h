@@ -58,7 +58,7 @@ class RangeHistory
     return slots_[static_cast<std::size_t>((newest_ - age + kSlots) % kSlots)];
   }
 
-  float margin_m_, width_m_;
+  float margin_m_, width_m_, min_range_m_;
   int newest_ = 0, size_ = 0;
   std::vector<Panorama> slots_;
 };

@@ -136,10 +136,14 @@ std::optional<double> Track::evidence(const RangeHistory& history, std::span<con
     before = history.time(age) - kApart;
   }
 
+  // Twigs and leaves are missed by one panorama, hardly by several.
+  constexpr std::size_t kEnough = 3;
+  if (count < kEnough) return std::nullopt;
+
   constexpr std::size_t kSample = 64;
   Tally entered, left;
   const std::size_t looks = std::min(object.rays.size(), kSample);
-  for (std::size_t i = 0; i < looks && count > 0; ++i)
+  for (std::size_t i = 0; i < looks; ++i)
     entered.add(judge(history, std::span(ages).first(count),
                       rays[object.rays[i * object.rays.size() / looks]].end_L));
   if (const Footprint* former = footprintBefore(t - lag()))
@@ -164,7 +168,7 @@ bool Track::fastEnough() const
 
 double Track::lag() const
 {
-  return std::clamp(kReach / std::max(speed(), 1e-3), 0.4, 1.5);
+  return std::clamp(std::max(kReach, half_width_m) / std::max(speed(), 1e-3), 0.4, 1.7);
 }
 
 const Footprint* Track::footprintBefore(double time) const

@@ -21,7 +21,7 @@ struct TrackingConfig
   double significance = 3.0;        ///< [1] displacement over its standard deviation
   double evidence = 0.5;  ///< [1] share of the returns that lie where there was nothing, plus share
                           ///< of the former returns where there is nothing any more
-  int evidence_scans = 3;           ///< [1] so many scans must say so
+  int evidence_scans = 4;           ///< [1] so many scans must say so
   double free_margin_m = 0.15;      ///< [m] a ray must have gone on this far beyond a point ...
   double free_width_m = 0.12;       ///< [m] ... and its neighbours this near, too
   double coast_s = 1.0;             ///< [s] a mover that is not seen any more is given up
