@@ -29,6 +29,7 @@ constexpr std::size_t kAddressSpace = std::size_t{4}
 app::ReplaySettings readSettings(const Options& options)
 {
   mrpt_io::IniDocument document = options.common.document();
+  document.set("engine.open_loop=true");
   if (options.threaded) document.set("engine.threaded=true");
   return app::readReplaySettings(document);
 }

@@ -38,6 +38,7 @@ core::VelocityCommand Engine::Impl::run(Cycle& cycle)
 {
   core::CycleRecord& record = cycle.record;
   mapPending(record.t);
+  if (const auto map = currentMap()) record.movers = map->movers;
   const auto state = source.state(record.t);
   if (!state)
   {
@@ -47,7 +48,8 @@ core::VelocityCommand Engine::Impl::run(Cycle& cycle)
   record.state = *state;
   record.has_state = true;
   predictor.observe(*state);
-  standstill.update(*state, last_command, cycle.drive && flight ? cycle.dt : 0.0);
+  const bool obeys = cycle.drive && flight && !config.rates.open_loop;
+  standstill.update(*state, last_command, obeys ? cycle.dt : 0.0);
   cycle.ahead = predictor.at(*state, predictor.effectOf(record.t));
   std::string refusal;
   if (waiting_mission && source.onlyAssumed())
@@ -107,9 +109,6 @@ std::string Engine::Impl::doubt(const core::CycleRecord& record) const
   const double reserve = 1.0 / config.mission.acceleration_share - 1.0;
   if (!record.verified_stop && refinements.explanation().stop_excess > reserve)
     return "no verified way to stop within the limits: brake";
-  constexpr double kSilence_s = 2.0;
-  if (refinements.silence(record.t) > kSilence_s)
-    return "the global planner is silent: to the end of its last plan and no farther";
   return {};
 }
 

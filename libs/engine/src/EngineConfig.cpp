@@ -22,6 +22,7 @@ void sections(Config& config, Visit&& visit)
   visit("global_planner", config.global_planner);
   visit("local_planner", config.local_planner);
   visit("safety", config.safety);
+  visit("tracking", config.tracking);
 }
 
 void require(bool holds, const std::string& rule)

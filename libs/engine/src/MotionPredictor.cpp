@@ -10,7 +10,8 @@ namespace slalom::engine
 namespace
 {
 constexpr double kMemory_s = 1.0;
-constexpr double kObserver_s = 2.5;  // slow against the loop: a delay not known must not look like a gust
+constexpr double kObserver_s =
+    2.5;  // slow against the loop: a delay not known must not look like a gust
 constexpr double kLargest_mps2 = 2.0;
 
 core::Motion motionOf(const core::VehicleState& state)

@@ -8,6 +8,7 @@ namespace slalom::engine
 Pipeline::Pipeline(const EngineConfig& config, const StepHooks& hooks)
     : hooks_(hooks), mapper_(config.mapping), planner_(config.global_planner, config.planned())
 {
+  if (config.tracking.enabled) movers_.emplace(config.tracking);
   if (!config.rates.threaded) return;
   global_budget_s_ = config.rates.global_period_s;
   map_worker_ = std::make_unique<Worker<MapJob>>(2, [this](const MapJob& job) { runMap(job); });
@@ -42,9 +43,14 @@ void Pipeline::runMap(const MapJob& job)
   {
     if (hooks_.map) hooks_.map();
     if (job.forget) mapper_.reset();
-    const mapping::MapUpdate update = mapper_.integrate(job.t, job.p_L, job.rays);
+    if (job.forget && movers_) movers_->reset();
+    tracking::TrackerOutput moving;
+    if (movers_) moving = movers_->update(job.t, job.p_L, job.rays, mapper_.snapshot().get());
+    const mapping::MapUpdate update =
+        mapper_.integrate(job.t, job.p_L, job.rays, {moving.on_mover, moving.ghosts});
     maps_.publish(std::make_shared<const MapResult>(
-        MapResult{mapper_.snapshot(), watch.seconds(), update.transform_s, ++map_count_}));
+        MapResult{mapper_.snapshot(), std::move(moving.movers), watch.seconds(), update.transform_s,
+                  ++map_count_}));
   }
   catch (const std::exception&)
   {

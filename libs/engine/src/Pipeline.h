@@ -17,6 +17,7 @@
 #include "slalom/engine/StepHooks.h"
 #include "slalom/global_planner/GlobalPlanner.h"
 #include "slalom/mapping/Mapper.h"
+#include "slalom/tracking/MoverTracker.h"
 
 namespace slalom::engine
 {
@@ -33,6 +34,7 @@ struct MapJob
 struct MapResult
 {
   std::shared_ptr<const mapping::EdtSnapshot> field;
+  std::vector<core::MovingObstacle> movers;  ///< not in the field
   double wall_s = 0.0, transform_s = 0.0;
   std::uint64_t count = 0;  ///< map steps so far
 };
@@ -142,6 +144,7 @@ class Pipeline
   const StepHooks& hooks_;
   std::optional<double> global_budget_s_;  // empty: no deadline
   mapping::Mapper mapper_;
+  std::optional<tracking::MoverTracker> movers_;
   global_planner::GlobalPlanner planner_;
   core::Published<MapResult> maps_;
   core::Published<GlobalResult> refinements_;

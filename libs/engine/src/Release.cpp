@@ -58,9 +58,9 @@ void Engine::Impl::release(Cycle& cycle, const core::VelocityCommand& wanted)
   safety::GateInput input;
   input.t = record.t;
   input.state = cycle.ahead;
-  input.state_age_s = record.has_state ? record.t - record.state.t : kNever;
+  input.state_age_s = record.has_state ? record.t - source.newest() : kNever;
   input.map_age_s = map ? record.t - map->field->stamp() : kNever;
-  input.plan_age_s = refinements.refined() ? refinements.silence(record.t) : kNever;
+  input.plan_age_s = refinements.refined() ? refinements.age(record.t) : kNever;
   input.needs_map = config.rates.require_map || map;
   if (map) input.field = map->field;
   input.movers = record.movers;
@@ -85,7 +85,7 @@ void Engine::Impl::release(Cycle& cycle, const core::VelocityCommand& wanted)
   if (cycle.unsafe.empty() && output.intervention != safety::Intervention::Limits)
     cycle.unsafe = output.reason;
   last_command = record.command;
-  if (flight)
+  if (flight && !config.rates.open_loop)
     predictor.sent(record.t, record.command);
   else
     predictor.forget();  // without a mission the vehicle is somebody else's

@@ -169,7 +169,8 @@ struct Mapper::Impl
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  MapUpdate integrate(double t, const Eigen::Vector3d& p_L, std::span<const core::Ray> rays);
+  MapUpdate integrate(double t, const Eigen::Vector3d& p_L, std::span<const core::Ray> rays,
+                      const MoverMask& movers);
   void publish(bool cells_changed);
 
   MapperConfig config;
@@ -187,7 +188,7 @@ struct Mapper::Impl
 };
 
 MapUpdate Mapper::Impl::integrate(double t, const Eigen::Vector3d& p_L,
-                                  std::span<const core::Ray> rays)
+                                  std::span<const core::Ray> rays, const MoverMask& movers)
 {
   MapUpdate update;
   const double far = 1e9 * config.resolution_m;  // cells that fit an int
@@ -197,10 +198,16 @@ MapUpdate Mapper::Impl::integrate(double t, const Eigen::Vector3d& p_L,
   const Eigen::Vector3d p_cells = p_L / config.resolution_m;
   const bool first = newest == nullptr;
   const bool moved = window.centreOn(p_cells.array().floor().cast<int>(), t);
-  const detail::RayMarks::Count count = marks.cast(window.firstCell(), rays);
+  for (const core::Sphere& ghost : movers.ghosts)
+    if (ghost.centre_L.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < far &&
+        ghost.radius_m < config.window_xy_m)
+      update.cells_changed += window.forgetBall(ghost.centre_L / config.resolution_m,
+                                                ghost.radius_m / config.resolution_m);
+  const detail::RayMarks::Count count = marks.cast(window.firstCell(), rays, movers.on_mover);
   update.rays = count.fused;
+  update.rays_on_movers = count.free_only;
   update.rays_out_of_range = count.beyond_range;
-  if (count.fused + count.beyond_range > 0)
+  if (count.fused + count.beyond_range + count.free_only > 0)
   {
     update.cells_changed += window.fuse(marks, t);
     stamp = t;
@@ -246,9 +253,10 @@ Mapper::~Mapper() = default;
 Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;
 
-MapUpdate Mapper::integrate(double t, const Eigen::Vector3d& p_L, std::span<const core::Ray> rays)
+MapUpdate Mapper::integrate(double t, const Eigen::Vector3d& p_L, std::span<const core::Ray> rays,
+                            const MoverMask& movers)
 {
-  return impl_->integrate(t, p_L, rays);
+  return impl_->integrate(t, p_L, rays, movers);
 }
 
 std::shared_ptr<const EdtSnapshot> Mapper::snapshot() const

@@ -55,6 +55,11 @@ class RecordTree : public octomap::OcTree
       fill(node, kBrickLevel, brick, {0, 0, 0}, fresh);
   }
 
+  void erase(const Eigen::Vector3i& at, std::uint64_t cells)
+  {
+    if (root != nullptr && eraseBelow(root, kDepth, firstKey(at), cells, {0, 0, 0})) clear();
+  }
+
   [[nodiscard]] Brick read(const Eigen::Vector3i& at) const
   {
     Brick brick;
@@ -116,6 +121,40 @@ class RecordTree : public octomap::OcTree
     if (pruneNode(node)) --inner_;
   }
 
+  // Removes cells below a node, which is `level` levels above the leaves; `low` is its corner in
+  // the brick once it is in the brick. True if nothing is left of the node but its own, childless
+  // self.
+  bool eraseBelow(octomap::OcTreeNode* node, int level, const octomap::OcTreeKey& key,
+                  std::uint64_t cells, const Eigen::Vector3i& low)
+  {
+    if (level == 0) return true;
+    if (!nodeHasChildren(node))
+    {
+      expandNode(node);
+      ++inner_;
+    }
+    const bool in_brick = level <= kBrickLevel;
+    for (unsigned child = 0; child < 8; ++child)
+    {
+      if (!in_brick && child != octomap::computeChildIdx(key, level - 1)) continue;
+      const Eigen::Vector3i corner = in_brick ? cornerOf(low, child, level) : low;
+      if (in_brick && (cells & cubeBits(corner, level - 1)) == 0) continue;
+      if (nodeChildExists(node, child) &&
+          eraseBelow(getNodeChild(node, child), level - 1, key, cells, corner))
+        deleteNodeChild(node, child);
+    }
+    if (nodeHasChildren(node))
+    {
+      if (in_brick) node->updateOccupancyChildren();
+      return false;
+    }
+    // OctoMap frees the array of children only when it prunes, which takes eight equal ones.
+    for (unsigned child = 0; child < 8; ++child) createNodeChild(node, child);
+    pruneNode(node);
+    --inner_;
+    return true;
+  }
+
   static bool uniform(const Brick& brick)
   {
     return ~brick.known == 0 &&
@@ -125,9 +164,14 @@ class RecordTree : public octomap::OcTree
 
   static bool anyKnown(const Brick& brick, const Eigen::Vector3i& low, int level)
   {
-    // Bits of a cube of 1 or 2 cells per edge with its corner at cell 0.
+    return (brick.known & cubeBits(low, level)) != 0;
+  }
+
+  // Bits of the cells of a cube of 1 or 2 cells per edge.
+  static std::uint64_t cubeBits(const Eigen::Vector3i& low, int level)
+  {
     const std::uint64_t cube = level == 0 ? 1u : 0x0000000000330033u;
-    return (brick.known & cube << Brick::index(low.x(), low.y(), low.z())) != 0;
+    return cube << Brick::index(low.x(), low.y(), low.z());
   }
 
   void collect(const octomap::OcTreeNode* node, int level, Brick& brick,
@@ -217,6 +261,15 @@ void OctreeRecord::write(const Eigen::Vector3i& at, const Brick& brick)
     bytes_ -= tile->tree.bytes();
   tile->tree.write(at, brick);
   bytes_ += tile->tree.bytes();
+}
+
+void OctreeRecord::erase(const Eigen::Vector3i& at, std::uint64_t cells)
+{
+  const auto tile = representable(at) ? tiles_.find(packed(tileOf(at))) : tiles_.end();
+  if (tile == tiles_.end() || (tile->second->tree.read(at).known & cells) == 0) return;
+  bytes_ -= tile->second->tree.bytes();
+  tile->second->tree.erase(at, cells);
+  bytes_ += tile->second->tree.bytes();
 }
 
 Brick OctreeRecord::read(const Eigen::Vector3i& at) const

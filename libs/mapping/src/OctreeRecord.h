@@ -27,6 +27,9 @@ class OctreeRecord
    *  @param at brick coordinates: cell coordinates / 4. Ignored beyond the octree's 16-bit keys. */
   void write(const Eigen::Vector3i& at, const Brick& brick);
 
+  /// Removes cells of a brick (bits as in Brick::known): as if they had never been seen.
+  void erase(const Eigen::Vector3i& at, std::uint64_t cells);
+
   /// What is recorded of a brick.
   [[nodiscard]] Brick read(const Eigen::Vector3i& at) const;
 

@@ -77,14 +77,16 @@ inline Eigen::Vector3f RayMarks::centreOf(const Eigen::Vector3i& cell) const
   return (((cell + first_cell_).cast<double>().array() + 0.5) * resolution_).cast<float>();
 }
 
-RayMarks::Count RayMarks::cast(const Eigen::Vector3i& first_cell, std::span<const core::Ray> rays)
+RayMarks::Count RayMarks::cast(const Eigen::Vector3i& first_cell, std::span<const core::Ray> rays,
+                               std::span<const std::uint8_t> free_only)
 {
   first_cell_ = first_cell;
   const float reach = static_cast<float>(1e9 * resolution_);  // cells that fit an int
   const float min_squared = static_cast<float>(min_range_ * min_range_);
   Count count;
-  for (const core::Ray& ray : rays)
+  for (std::size_t i = 0; i < rays.size(); ++i)
   {
+    const core::Ray& ray = rays[i];
     const Eigen::Vector3f o = ray.origin_L, e = ray.end_L;
     // Written so that a comparison with NaN fails.
     const bool valid = (std::fabs(o.x()) < reach) & (std::fabs(o.y()) < reach) &
@@ -97,14 +99,16 @@ RayMarks::Count RayMarks::cast(const Eigen::Vector3i& first_cell, std::span<cons
     // Most returns share a voxel with an earlier one.
     Eigen::Vector3i end = cellOf(e);
     std::uint8_t* mark = inside(end, 0) ? marks_.data() + offset(end) : nullptr;
+    const bool through = i < free_only.size() && free_only[i] != 0;
     if (mark != nullptr && (*mark & kHit) != 0)
     {
-      ++count.fused;
+      ++(through ? count.free_only : count.fused);
       continue;
     }
-    const bool hit = lengthOf(centreOf(end) - o) <= max_range_;
-    ++(hit ? count.fused : count.beyond_range);
-    if (!hit)
+    const bool in_range = lengthOf(centreOf(end) - o) <= max_range_;
+    const bool hit = in_range && !through;
+    ++(hit ? count.fused : (in_range ? count.free_only : count.beyond_range));
+    if (!in_range)
     {
       const double range = std::sqrt(static_cast<double>(squared));
       end = cellOf(o + static_cast<float>(std::min(1.0, max_range_ / range)) * (e - o));

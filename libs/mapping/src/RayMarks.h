@@ -32,14 +32,17 @@ class RayMarks
 
   struct Count
   {
-    int fused = 0, beyond_range = 0;
+    int fused = 0, beyond_range = 0, free_only = 0;
   };
 
   /// @param window cells per axis
   RayMarks(const Eigen::Vector3i& window, double resolution, double min_range, double max_range);
 
-  /// @param first_cell coordinates of cell (0,0,0) of the window in the lattice of all cells
-  Count cast(const Eigen::Vector3i& first_cell, std::span<const core::Ray> rays);
+  /** @param first_cell coordinates of cell (0,0,0) of the window in the lattice of all cells
+   *  @param free_only one per ray: those that are not 0 clear up to their end and hit nothing; may
+   *                   be shorter than `rays` */
+  Count cast(const Eigen::Vector3i& first_cell, std::span<const core::Ray> rays,
+             std::span<const std::uint8_t> free_only = {});
 
   /// Marks of a row of the window.
   [[nodiscard]] std::uint8_t* row(int y, int z) { return marks_.data() + offset({0, y, z}); }

@@ -270,9 +270,11 @@ std::pair<int, bool> RollingWindow::fuseFour(std::uint32_t marks, std::size_t ce
   return {other_class, other_value || other_class > 0};
 }
 
-int RollingWindow::clearBall(const Eigen::Vector3d& centre_cells, double radius_cells, double t)
+// Cells of the window whose centres lie in a ball.
+template <class Visit>
+void RollingWindow::cellsInBall(const Eigen::Vector3d& centre_cells, double radius_cells,
+                                Visit&& visit) const
 {
-  int changes = 0;
   const Eigen::Vector3i low = (centre_cells.array() - radius_cells).floor().cast<int>();
   const Eigen::Vector3i high = (centre_cells.array() + radius_cells).floor().cast<int>();
   const Eigen::Vector3i last = first_ + shape_.size - Eigen::Vector3i::Ones();
@@ -281,18 +283,48 @@ int RollingWindow::clearBall(const Eigen::Vector3d& centre_cells, double radius_
       for (int x = std::max(low.x(), first_.x()); x <= std::min(high.x(), last.x()); ++x)
       {
         const Eigen::Vector3d to_centre = Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5) - centre_cells;
-        const Eigen::Vector3i at(x, y, z);
-        const std::size_t cell = cellAt(at);
-        if (class_[cell] != kUnknown || to_centre.norm() > radius_cells) continue;
-        log_odds_[cell] = model_.miss;
-        class_[cell] = kFree;
-        changed_[brickAt(at.unaryExpr([](int i) { return floorDiv(i, kEdge); }))] = 1;
-        ++changes;
-        if (seen_.empty()) continue;
-        seen_[cell] = t;
-        double& oldest = oldest_[rowAt(y - first_.y(), z - first_.z())];
-        oldest = std::min(oldest, t);
+        if (to_centre.norm() <= radius_cells) visit(Eigen::Vector3i(x, y, z));
       }
+}
+
+int RollingWindow::clearBall(const Eigen::Vector3d& centre_cells, double radius_cells, double t)
+{
+  int changes = 0;
+  cellsInBall(centre_cells, radius_cells,
+              [&](const Eigen::Vector3i& at)
+              {
+                const std::size_t cell = cellAt(at);
+                if (class_[cell] != kUnknown) return;
+                log_odds_[cell] = model_.miss;
+                class_[cell] = kFree;
+                changed_[brickAt(at.unaryExpr([](int i) { return floorDiv(i, kEdge); }))] = 1;
+                ++changes;
+                if (seen_.empty()) return;
+                seen_[cell] = t;
+                double& oldest = oldest_[rowAt(at.y() - first_.y(), at.z() - first_.z())];
+                oldest = std::min(oldest, t);
+              });
+  return changes;
+}
+
+int RollingWindow::forgetBall(const Eigen::Vector3d& centre_cells, double radius_cells)
+{
+  int changes = 0;
+  cellsInBall(centre_cells, radius_cells,
+              [&](const Eigen::Vector3i& at)
+              {
+                const std::size_t cell = cellAt(at);
+                if (class_[cell] != kOccupied) return;
+                log_odds_[cell] = 0.0f;
+                class_[cell] = kUnknown;
+                if (!seen_.empty()) seen_[cell] = kNever;
+                ++changes;
+                if (record_ == nullptr) return;
+                const Eigen::Vector3i brick =
+                    at.unaryExpr([](int i) { return floorDiv(i, kEdge); });
+                const Eigen::Vector3i in = at - kEdge * brick;
+                record_->erase(brick, std::uint64_t{1} << Brick::index(in.x(), in.y(), in.z()));
+              });
   return changes;
 }
 

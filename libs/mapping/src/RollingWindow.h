@@ -36,6 +36,10 @@ class RollingWindow
   /// Makes unknown cells within `radius` (in cells) of a point free. Returns how many.
   int clearBall(const Eigen::Vector3d& centre_cells, double radius_cells, double t);
 
+  /** Forgets occupied cells whose centres are within `radius` (in cells) of a point, here and in
+   * the record. Returns how many. */
+  int forgetBall(const Eigen::Vector3d& centre_cells, double radius_cells);
+
   /// Returns cells unseen since before t - forget_s to unknown. Returns how many.
   int forget(double t);
 
@@ -66,6 +70,9 @@ class RollingWindow
   template <class Visit>
   void bricksOutside(const Eigen::Vector3i& first, const Eigen::Vector3i& other,
                      Visit&& visit) const;
+
+  template <class Visit>
+  void cellsInBall(const Eigen::Vector3d& centre_cells, double radius_cells, Visit&& visit) const;
 
   std::pair<int, bool> fuseFour(std::uint32_t marks, std::size_t cell);
   [[nodiscard]] Brick gather(const Eigen::Vector3i& brick) const;

@@ -10,6 +10,7 @@
 #include "slalom/local_planner/LocalPlannerConfig.h"
 #include "slalom/mapping/MapperConfig.h"
 #include "slalom/safety/SafetyConfig.h"
+#include "slalom/tracking/TrackingConfig.h"
 
 namespace slalom::mrpt_io
 {
@@ -90,6 +91,7 @@ struct RateConfig
   double local_period_s = 0.05;  ///< [s] one local planner step per period
   double global_period_s = 0.1;  ///< [s] at most one global step per period and per new map
   bool threaded = false;    ///< mapper and global planner in their own threads (not reproducible)
+  bool open_loop = false;   ///< nobody flies the commands, as in a replay
   bool require_map = true;  ///< false: without any range data, track R as it is
 
   template <class Self, class Visit>
@@ -102,6 +104,9 @@ struct RateConfig
       "shortest time between two global steps and its deadline");
     v("threaded", c.threaded,
       "mapper and global planner in threads of their own; results then depend on timing");
+    v("open_loop", c.open_loop,
+      "nobody flies the commands, as in a replay: nothing is learned from how the vehicle answers",
+      core::Level::Expert);
     v("require_map", c.require_map,
       "without a map: brake (true) or track the reference blindly (false)");
   }
@@ -118,6 +123,7 @@ struct EngineConfig
   global_planner::GlobalPlannerConfig global_planner;
   local_planner::LocalPlannerConfig local_planner;
   safety::SafetyConfig safety;
+  tracking::TrackingConfig tracking;
 
   /// The vehicle with the limits that references are planned for.
   [[nodiscard]] core::Vehicle planned() const
