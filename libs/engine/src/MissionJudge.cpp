@@ -26,10 +26,16 @@ EngineStatus MissionJudge::judge(Flight& flight, const Refinements& refinements,
                            (p_L - goal_L).norm() <= config_.global_planner.goal_radius_m;
   flight.reached = flight.reached || (holds && near_enough);
   standing_s_ = rests && could_go && !holds && !flight.reached ? standing_s_ + dt : 0.0;
-  return flight.reached                                    ? EngineStatus::GoalReached
-         : holds                                           ? EngineStatus::GoalBlocked
-         : standing_s_ > config_.mission.blocked_timeout_s ? EngineStatus::Unreachable
-                                                           : EngineStatus::Navigating;
+  constexpr double kProgress_s = 0.5;  // less is the vehicle's going back and forth
+  const bool comes_on = on_reference > farthest_ + kProgress_s;
+  if (comes_on) farthest_ = on_reference;
+  wandering_s_ = comes_on || !could_go || holds || flight.reached ? 0.0 : wandering_s_ + dt;
+  if (flight.reached) return EngineStatus::GoalReached;
+  if (holds) return EngineStatus::GoalBlocked;
+  return standing_s_ > config_.mission.blocked_timeout_s ||
+                 wandering_s_ > config_.mission.progress_timeout_s
+             ? EngineStatus::Unreachable
+             : EngineStatus::Navigating;
 }
 
 }  // namespace slalom::engine

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
+
 #include "Flight.h"
 #include "Refinements.h"
 #include "slalom/core/CycleRecord.h"
@@ -16,7 +18,11 @@ class MissionJudge
  public:
   explicit MissionJudge(const EngineConfig& config) : config_(config) {}
 
-  void restart() { standing_s_ = 0.0; }
+  void restart()
+  {
+    standing_s_ = wandering_s_ = 0.0;
+    farthest_ = -std::numeric_limits<double>::infinity();
+  }
 
   /** @param on_reference parameter of R that the vehicle has come to [s]
    *  @param dt since the last cycle [s]; @param could_go nothing but the way itself keeps it from
@@ -27,7 +33,9 @@ class MissionJudge
 
  private:
   const EngineConfig& config_;
-  double standing_s_ = 0.0;  // how long the vehicle has stood although the mission is not over
+  double standing_s_ = 0.0;   // how long the vehicle has stood although the mission is not over
+  double wandering_s_ = 0.0;  // how long it has come no farther on R
+  double farthest_ = -std::numeric_limits<double>::infinity();  // parameter of R [s]
 };
 
 }  // namespace slalom::engine

@@ -140,7 +140,7 @@ TEST(LocalPlannerInputs, NanBrakesFromTheLastLawfulCommand)
 TEST(LocalPlannerInputs, LadderIsShiftedThenCommittedThenBrakeThenProbation)
 {
   ClosedLoop loop(straightReference(Vector3d::Zero(), Vector3d(1, 0, 0), 20.0), fieldOf({}));
-  loop.fly(4.0);
+  loop.fly(7.0);
   ASSERT_NEAR(loop.command.v_W.x(), 1.0, 0.02);
   loop.input.deadline = kPast;
   for (int i = 0; i < 5; ++i)

@@ -63,7 +63,8 @@ struct MissionConfig
   double acceleration_share =
       0.7;  ///< [1] of its acceleration limit that plans use; the rest is for tracking
   double max_lead_s = 0.6;  ///< [s] how far the reference may run ahead of a delayed vehicle
-  double blocked_timeout_s = 20.0;  ///< [s] standing in mid-mission for longer: UNREACHABLE
+  double progress_timeout_s = 60.0;  ///< [s] no farther on R for longer: UNREACHABLE
+  double blocked_timeout_s = 20.0;   ///< [s] standing in mid-mission for longer: UNREACHABLE
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
@@ -80,6 +81,9 @@ struct MissionConfig
       "share of its acceleration limit that plans use; the rest is left to tracking");
     v("max_lead_s", c.max_lead_s, Range{0.0, 10.0},
       "how far the reference may run ahead of a delayed vehicle", Level::Expert);
+    v("progress_timeout_s", c.progress_timeout_s, Range{1.0, 3600.0},
+      "a vehicle that flies but comes no farther on its reference for this long reports "
+      "UNREACHABLE");
     v("blocked_timeout_s", c.blocked_timeout_s, Range{1.0, 3600.0},
       "a vehicle that found no way on for this long reports UNREACHABLE");
   }
