@@ -85,6 +85,7 @@ std::vector<Line> numbers(const CycleView& view)
           {"certificate", certificateText(r.refinement)},
           {"J solver", solverText(r.refinement.solve)},
           {"NMPC solver", solverText(r.nmpc)},
+          {"output gate", r.gate.intervention.empty() ? "passed" : r.gate.intervention},
           {"map no., R no.",
            std::to_string(r.map_sequence) + ", " + std::to_string(r.reference_sequence)}};
 }
@@ -94,7 +95,7 @@ Colour statusColour(const core::CycleRecord& record)
   constexpr std::array<std::string_view, 4> kTrouble = {"ERROR", "COLLISION", "LOST", "TIMEOUT"};
   for (const std::string_view word : kTrouble)
     if (record.status.find(word) != std::string::npos) return style::kBad;
-  if (fallbackKind(record.fallback) != FallbackKind::None ||
+  if (fallbackKind(record.fallback) != FallbackKind::None || !record.gate.intervention.empty() ||
       record.status.find("BLOCKED") != std::string::npos)
     return style::kWarn;
   return style::kGood;
@@ -179,6 +180,13 @@ std::vector<LegendEntry> cycleLegend()
                      {
                        c.rectangle(box, style::kPolyhedron, style::kPolyhedronOpacity);
                        c.frame(box, style::kPolyhedron);
+                     }});
+  entries.push_back({"moving obstacle, and in 1 s", [](Canvas& c, cv::Rect box)
+                     {
+                       c.disc(middleOf(box), 0.45 * box.height, style::kMover,
+                              style::kMoverOpacity);
+                       c.arrow(middleOf(box), Pixel(double(box.x + box.width), middleOf(box).y()),
+                               style::kMoverMotion, 7.0);
                      }});
   entries.push_back(lineEntry("searched guide", style::kGuide));
   entries.push_back(lineEntry("pushing path S*", style::kPushingPath));

@@ -92,6 +92,18 @@ void drawHorizon(Canvas& canvas, const Axes& axes, const core::Polyline& horizon
   }
 }
 
+/// Where each mover is, and where it will be in a second.
+void drawMovers(Canvas& canvas, const Axes& axes, const core::CycleRecord& record)
+{
+  for (const core::MovingObstacle& mover : record.movers)
+  {
+    const Pixel now = axes.toPixel(Eigen::Vector2d(mover.at(record.t).head<2>()));
+    const Pixel later = axes.toPixel(Eigen::Vector2d(mover.at(record.t + 1.0).head<2>()));
+    canvas.disc(now, mover.radius_m * axes.pixelsPerUnit(), style::kMover, style::kMoverOpacity);
+    canvas.arrow(now, later, style::kMoverMotion, 9.0);
+  }
+}
+
 void drawGoal(Canvas& canvas, const Axes& axes, const CycleView& view)
 {
   const core::CycleRecord& record = view.record;
@@ -136,6 +148,7 @@ void drawPlans(Canvas& canvas, const Axes& axes, const CycleView& view)
   for (const core::PushArrow& arrow : refinement.directions)
     canvas.arrow(axes.toPixel(Eigen::Vector2d(arrow.from_L.head<2>())),
                  axes.toPixel(Eigen::Vector2d(arrow.to_L.head<2>())), style::kDirection, 8.0);
+  drawMovers(canvas, axes, record);
   drawHorizon(canvas, axes, record.horizon);
   if (record.has_state)
     drawVehicle(canvas, axes.toPixel(Eigen::Vector2d(record.state.p_L.head<2>())),

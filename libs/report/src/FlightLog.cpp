@@ -24,7 +24,7 @@ FallbackKind fallbackKind(std::string_view name)
   for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (lower.empty() || lower == "none") return FallbackKind::None;
   if (lower.starts_with("shift")) return FallbackKind::Shifted;
-  if (lower.starts_with("backup")) return FallbackKind::Backup;
+  if (lower.starts_with("committed") || lower.starts_with("backup")) return FallbackKind::Backup;
   if (lower.starts_with("brak")) return FallbackKind::Brake;
   return FallbackKind::Other;
 }
@@ -118,6 +118,9 @@ void FlightLog::countPlanning(const core::CycleRecord& record)
     else
       ++planning_.refined_failed;
   }
+  if (!record.gate.intervention.empty()) ++safety_.gate[record.gate.intervention];
+  for (const core::Event& event : record.events) ++safety_.events[event.name];
+  safety_.most_movers = std::max<std::uint64_t>(safety_.most_movers, record.movers.size());
   switch (fallbackKind(record.fallback))
   {
     case FallbackKind::Shifted:
@@ -186,6 +189,7 @@ FlightMetrics FlightLog::metrics() const
   if (reference_L_.cols() > 0) m.reference_length_m = lengthOf(reference_L_);
   if (std::isfinite(distance_to_goal_m_)) m.goal_error_m = distance_to_goal_m_;
   m.planning = planning_;
+  m.safety = safety_;
   if (!cycles_.empty()) m.decision_hash = hexOf(decision_hash_);
   return m;
 }

@@ -86,6 +86,7 @@ class FlightLog
   double max_acceleration_mps2_ = kNone;
   double length_m_ = 0.0;
   PlanningMetrics planning_;
+  SafetyMetrics safety_;
   std::uint64_t decision_hash_ = 0;
 };
 

@@ -96,7 +96,8 @@ constexpr std::string_view kCycleColumns =
     "certified,certificate_margin_m,stop_excess,goal,goal_short_m,"
     "occupied_segments,polyhedra,refined_clearance_m,global_termination,global_iterations,"
     "nmpc_termination,nmpc_iterations,nmpc_cost,nmpc_residual,cmd_vx_mps,cmd_vy_mps,cmd_vz_mps,"
-    "cmd_wz_radps,local_offset_m,map_sequence,reference_sequence,decision_hash\n";
+    "cmd_wz_radps,gate,gate_stop_margin_m,events,movers,local_offset_m,map_sequence,reference_"
+    "sequence,decision_hash\n";
 }  // namespace
 
 struct FlightReport::Impl
@@ -184,7 +185,11 @@ void FlightReport::Impl::writeCycleRow(const core::CycleRecord& r, const detail:
   row.integer(static_cast<std::uint64_t>(std::max(0, r.nmpc.iterations)));
   row.number(r.nmpc.cost, 6).number(r.nmpc.primal_residual, 9);
   for (int axis = 0; axis < 3; ++axis) row.number(r.command.v_W[axis], 6);
-  row.number(r.command.yaw_rate, 6).number(r.origin_offset_norm_m, 6);
+  row.number(r.command.yaw_rate, 6);
+  std::string news;
+  for (const core::Event& event : r.events) news += (news.empty() ? "" : " ") + event.name;
+  row.text(r.gate.intervention).number(r.gate.stop_margin_m, 6).text(news);
+  row.integer(r.movers.size()).number(r.origin_offset_norm_m, 6);
   row.integer(r.map_sequence).integer(r.reference_sequence).text(detail::hexOf(r.decision_hash));
   cycles.write(row.line());
 }

@@ -64,6 +64,11 @@ Json planningOf(const PlanningMetrics& p)
           {"time_without_verified_stop_s", p.time_without_verified_stop_s}};
 }
 
+Json safetyOf(const SafetyMetrics& s)
+{
+  return {{"gate", Json(s.gate)}, {"events", Json(s.events)}, {"most_movers", s.most_movers}};
+}
+
 Json inputOf(const RunInfo& info, const InputSummary& input)
 {
   return {{"rawlog", textOrNull(info.rawlog)},
@@ -126,6 +131,7 @@ std::string metricsJson(const FlightMetrics& m, const RunInfo& info, const RunSu
                    {"max_acc_mps2", number(m.max_acceleration_mps2)}};
   json["timing"] = timingOf(m.timing);
   json["planning"] = planningOf(m.planning);
+  json["safety"] = safetyOf(m.safety);
   json["input"] = inputOf(info, summary.input);
   if (summary.flight) json["flight"] = flightOf(summary);
   json["run"] = runOf(m, info, summary);

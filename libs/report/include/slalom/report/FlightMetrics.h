@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,6 +40,14 @@ struct PlanningMetrics
   std::uint64_t shifted = 0, backup = 0, brake = 0;  ///< cycles commanded by a fallback
 };
 
+struct SafetyMetrics
+{
+  std::map<std::string, std::uint64_t> gate;    ///< cycles in which the output gate changed the
+                                                ///< command, by reason
+  std::map<std::string, std::uint64_t> events;  ///< by name
+  std::uint64_t most_movers = 0;                ///< tracked at once
+};
+
 /// The numbers of a flight that follow from its cycle records.
 struct FlightMetrics
 {
@@ -54,6 +63,7 @@ struct FlightMetrics
   std::optional<double> mean_speed_mps, max_speed_mps, max_acceleration_mps2;
   TimingMetrics timing;
   PlanningMetrics planning;
+  SafetyMetrics safety;
   std::string decision_hash;  ///< 16 hex digits; empty before the first cycle
 };
 
