@@ -164,6 +164,70 @@ TEST_P(Latency, ThatIsNotKnownStaysFreeOfContact)
 
 INSTANTIATE_TEST_SUITE_P(Milliseconds, Latency, testing::Values(50, 100, 150, 200));
 
+/// A ball of 0.4 m that would meet the vehicle half way, among some trees.
+struct Encounter
+{
+  Eigen::Vector3d v;
+  double offset;  ///< [m] by which it would miss
+  static constexpr double kMeet_s = 9.0, kRadius = 0.4;
+  [[nodiscard]] Eigen::Vector3d at(double t) const
+  {
+    return Eigen::Vector3d(8.5, offset, 1.5) + (t - kMeet_s) * v;
+  }
+};
+
+/// Least gap between vehicle and ball [m], and how the flight ended.
+std::pair<double, EngineStatus> flyPast(const Encounter& encounter, bool tracked)
+{
+  const test::AnalyticField trees(
+      {test::VerticalCylinder{{4.0, 3.0}, 0.3}, test::VerticalCylinder{{12.0, -3.0}, 0.3},
+       test::VerticalCylinder{{9.0, 4.5}, 0.3}, test::VerticalCylinder{{7.0, -4.0}, 0.3}});
+  double now = 0.0, gap = 1e9;
+  const auto distance = [&](const Eigen::Vector3d& p) {
+    return std::min(trees.signedDistance(p), (p - encounter.at(now)).norm() - Encounter::kRadius);
+  };
+  test::FlightWorld world{
+      distance, [distance](const Eigen::Vector3d& from, const Eigen::Vector3d& along, double range)
+      {
+        double s = 0.0;
+        for (double d = 1.0; s < range && d > 1e-3; s += d) d = distance(from + s * along);
+        return std::min(s, range);
+      }};
+  engine::EngineConfig config = test::flightConfig();
+  config.tracking.enabled = tracked;
+  FlightHarness harness(world, config);
+  harness.faults.world = [&](double t, const Eigen::Vector3d& p)
+  {
+    now = t;
+    gap =
+        std::min(gap, (p - encounter.at(t)).norm() - Encounter::kRadius - config.vehicle.radius_m);
+  };
+  const test::FlightOutcome flight = harness.fly(kStart, straightMission(), 60.0);
+  return {gap, flight.status};
+}
+
+TEST(Flight, GivesWayToWhatMoves)
+{
+  int met = 0, flights = 0, contacts = 0;
+  for (const double speed : {0.3, 0.6, 1.0})
+    for (const double course : {0.5 * std::numbers::pi, -0.5 * std::numbers::pi, std::numbers::pi,
+                                0.75 * std::numbers::pi})
+    {
+      SCOPED_TRACE(testing::Message() << speed << " m/s, course " << course);
+      const Encounter encounter{speed * Eigen::Vector3d(std::cos(course), std::sin(course), 0.0),
+                                0.1};
+      const auto [gap, status] = flyPast(encounter, true);
+      EXPECT_EQ(status, EngineStatus::GoalReached) << toString(status);
+      EXPECT_GE(gap, 0.0);
+      contacts += gap < 0.0;
+      ++flights;
+      if (speed == 1.0) met += flyPast(encounter, false).first < gap;
+    }
+  EXPECT_GE(met, 2) << "tracking has to be worth something";
+  RecordProperty("flights", flights);
+  RecordProperty("contacts", contacts);
+}
+
 TEST(Flight, StandsStillWithoutAMap)
 {
   engine::Engine engine(test::flightConfig());

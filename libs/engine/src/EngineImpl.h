@@ -39,7 +39,7 @@ struct Engine::Impl
         pipeline(c, hooks),
         refinements(c.rates.global_period_s),
         local(c.local_planner, c.vehicle),
-        clock(c.mission.max_lead_s),
+        clock(c.mission.max_lead_s, c.rates.open_loop),
         judge(config),
         predictor(c.vehicle),
         gate(c.safety, c.vehicle)

@@ -8,9 +8,9 @@ namespace slalom::engine
 void ReferenceClock::advance(double dt, const spline::UniformBSpline& curve,
                              const spline::TimeLaw& law, const Eigen::Vector3d& p_L)
 {
-  constexpr double kBack_s = 1.0, kAhead_s = 2.0;
+  constexpr double kBack_s = 1.0;
   const double nearest = curve.project(p_L, std::max(curve.start(), progress_ - kBack_s),
-                                       std::min(curve.end(), progress_ + kAhead_s));
+                                       std::min(curve.end(), progress_ + ahead_s_));
   const double wanted =
       std::clamp(law.advance(std::max(progress_, law.from()), dt), nearest, nearest + max_lead_s_);
   progress_ = std::max(progress_, std::min(wanted, law.to()));

@@ -8,11 +8,17 @@ namespace slalom::engine
 {
 /** Runs the parameter of the plan. It advances as the plan's time law says, but never farther than
  * `max_lead` ahead of the vehicle's own projection and never backwards, so a delayed vehicle does
- * not meet a runaway reference. @see deviation D-10 (docs/paper_map.md) */
+ * not meet a runaway reference. A vehicle that gets ahead is followed, but not to a later part of
+ * the curve that merely passes nearby; only a vehicle that nobody steers (`open_loop`) may cut
+ * corners.
+ * @see deviation D-10 (docs/paper_map.md) */
 class ReferenceClock
 {
  public:
-  explicit ReferenceClock(double max_lead_s) : max_lead_s_(max_lead_s) {}
+  explicit ReferenceClock(double max_lead_s, bool open_loop = false)
+      : max_lead_s_(max_lead_s), ahead_s_(open_loop ? 2.0 : 0.2)
+  {
+  }
 
   void restart(double progress) { progress_ = progress, pace_ = 1.0; }
 
@@ -24,7 +30,7 @@ class ReferenceClock
   [[nodiscard]] double pace() const { return pace_; }          ///< [1] in [0, 1]
 
  private:
-  double max_lead_s_;
+  double max_lead_s_, ahead_s_;
   double progress_ = 0.0;
   double pace_ = 1.0;
 };

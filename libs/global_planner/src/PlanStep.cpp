@@ -74,6 +74,9 @@ bool PlanStep::mustRestart() const
                     std::min(curve.end(), in_.progress + kLate_s));
   if ((in_.state.p_L - curve.position(nearest)).norm() > config_.restart_distance_m) return true;
   if (!previous_ || in_.state.v_W.norm() > kStanding_mps) return false;
+  // One that stands apart from where its plan has come to does not get there by waiting.
+  const double apart = (in_.state.p_L - curve.position(in_.progress)).norm();
+  if (apart > 0.5 * config_.restart_distance_m) return true;
   const bool before_end = previous_->stop_at < curve.end() || previous_->end == PlanEnd::Braking ||
                           (previous_->end == PlanEnd::OnReference &&
                            previous_->referenceTime(curve.end()) < r_.end() - r_.knotSpan());

@@ -66,6 +66,23 @@ TEST(ReferenceClock, NeverRunsBackwardsNorPastTheStop)
   }
 }
 
+TEST(ReferenceClock, DoesNotJumpToALegThatPassesNearby)
+{
+  // Out along x, and back half a metre beside it.
+  Eigen::Matrix3Xd points(3, 24);
+  for (int i = 0; i < 24; ++i)
+    points.col(i) << 0.2 * (i < 12 ? i : 23 - i), i < 12 ? 0.0 : 0.5, 1.0;
+  const spline::UniformBSpline curve(points, 0.2);
+  ReferenceClock clock(0.6), free(0.6, true);
+  for (ReferenceClock* each : {&clock, &free})
+  {
+    each->restart(1.4);
+    each->advance(0.05, curve, law(curve, curve.end()), {1.4, 0.45, 1.0});
+  }
+  EXPECT_LT(clock.progress(), 1.7);
+  EXPECT_GT(free.progress(), 2.0) << "nobody steers, the vehicle is where it is";
+}
+
 TEST(Worker, DropsTheOldestWhenItIsLate)
 {
   std::atomic<int> seen{0};
