@@ -36,6 +36,7 @@ struct Engine::Impl
       : config(c),
         hooks(std::move(h)),
         source(c.state, c.estimation),
+        scans(c.mapping),
         pipeline(c, hooks),
         refinements(c.rates.global_period_s),
         local(c.local_planner, c.vehicle),

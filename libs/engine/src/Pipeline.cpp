@@ -45,7 +45,10 @@ void Pipeline::runMap(const MapJob& job)
     if (job.forget) mapper_.reset();
     if (job.forget && movers_) movers_->reset();
     tracking::TrackerOutput moving;
-    if (movers_) moving = movers_->update(job.t, job.p_L, job.rays, mapper_.snapshot().get());
+    const std::span<const core::Ray> echoes(job.rays.data(), job.echoes);
+    if (movers_) moving = movers_->update(job.t, job.p_L, echoes, mapper_.snapshot().get());
+    moving.on_mover.resize(job.echoes, 0);
+    moving.on_mover.resize(job.rays.size(), 1);
     const mapping::MapUpdate update =
         mapper_.integrate(job.t, job.p_L, job.rays, {moving.on_mover, moving.ghosts});
     maps_.publish(std::make_shared<const MapResult>(

@@ -27,6 +27,8 @@ struct MapJob
   double t = 0.0;  ///< [s] end of the scan
   Eigen::Vector3d p_L = Eigen::Vector3d::Zero();
   std::vector<core::Ray> rays;
+  std::size_t echoes =
+      0;                ///< so many of the rays end on something; the others only show free space
   bool forget = false;  ///< the local frame began anew: everything mapped before is void
 };
 

@@ -34,6 +34,14 @@ std::optional<std::vector<Eigen::Isometry3f>> sensorPath(const core::RangeScan& 
 
 }  // namespace
 
+/// A sensor that hears next to nothing is covered or broken, it does not look into the open.
+bool ScanAssembler::believesSilence(const core::RangeScan& scan) const
+{
+  constexpr double kLeastEchoes = 0.02;
+  const double echoes = double(scan.points.size()), all = echoes + double(scan.silent.size());
+  return config_.no_return == mapping::NoReturn::Free && echoes >= kLeastEchoes * all;
+}
+
 std::vector<MapJob> ScanAssembler::take(const StateSource& source, double now,
                                         std::map<std::string, std::uint64_t>& dropped)
 {
@@ -56,13 +64,23 @@ std::vector<MapJob> ScanAssembler::take(const StateSource& source, double now,
     if (path && vehicle)
     {
       MapJob job{end, vehicle->p_L, {}};
-      job.rays.reserve(scan.points.size());
-      for (const core::ScanPoint& point : scan.points)
+      job.rays.reserve(scan.points.size() + scan.silent.size());
+      const auto poseAt = [&](float dt) -> const Eigen::Isometry3f&
       {
-        const auto i = static_cast<std::size_t>(std::clamp(
-            std::lround(double(point.dt) / kPoseStep_s), 0L, static_cast<long>(path->size()) - 1));
-        job.rays.push_back({(*path)[i].translation(), (*path)[i] * point.p_S});
-      }
+        const long last = static_cast<long>(path->size()) - 1;
+        return (*path)[static_cast<std::size_t>(
+            std::clamp(std::lround(double(dt) / kPoseStep_s), 0L, last))];
+      };
+      for (const core::ScanPoint& point : scan.points)
+        job.rays.push_back({poseAt(point.dt).translation(), poseAt(point.dt) * point.p_S});
+      job.echoes = job.rays.size();
+      // Near the sensor silence may be an obstacle inside its least range.
+      constexpr float kDeaf_m = 1.0f;
+      const float far = static_cast<float>(config_.update_range_m);
+      if (believesSilence(scan))
+        for (const core::ScanPoint& ray : scan.silent)
+          job.rays.push_back(
+              {poseAt(ray.dt) * (kDeaf_m * ray.p_S), poseAt(ray.dt) * (far * ray.p_S)});
       jobs.push_back(std::move(job));
     }
     else

@@ -17,6 +17,8 @@ namespace slalom::engine
 class ScanAssembler
 {
  public:
+  explicit ScanAssembler(const mapping::MapperConfig& config) : config_(config) {}
+
   void add(core::RangeScan scan) { pending_.push_back(std::move(scan)); }
 
   /** Scans that are ready at log time `now`, in order of arrival. A scan whose end the estimate
@@ -25,6 +27,9 @@ class ScanAssembler
                                          std::map<std::string, std::uint64_t>& dropped);
 
  private:
+  [[nodiscard]] bool believesSilence(const core::RangeScan& scan) const;
+
+  mapping::MapperConfig config_;
   std::deque<core::RangeScan> pending_;
 };
 

@@ -133,13 +133,25 @@ class Decoder
       if (distance == 0)
       {
         ++tally_.zero;
-        continue;
+        if (first) continue;
       }
       if (first && distance == first->returns[i].distance) continue;
       const detail::Slot& slot = model.slots[static_cast<std::size_t>(i)];
       const int turned = (gap * slot.turn_q16 + (1 << 15)) >> 16;
-      point(distance, lasers[slot.laser], block.azimuth + turned, start + slot.after);
+      const int azimuth = block.azimuth + turned;
+      if (distance == 0)
+        silence(lasers[slot.laser], azimuth, start + slot.after);
+      else
+        point(distance, lasers[slot.laser], azimuth, start + slot.after);
     }
+  }
+
+  void silence(const detail::Laser& laser, int azimuth, double time)
+  {
+    const Direction& d = table_[wrapped(azimuth - laser.azimuth_offset)];
+    out_.silent.push_back(
+        {{laser.cos_elevation * d.cosine, -laser.cos_elevation * d.sine, laser.sin_elevation},
+         static_cast<float>(time)});
   }
 
   void point(std::uint16_t distance, const detail::Laser& laser, int azimuth, double time)
@@ -176,6 +188,7 @@ void decodeVelodyne(const mrpt::obs::CObservationVelodyneScan& scan, core::Range
                     std::map<std::string, std::uint64_t>& dropped)
 {
   out.points.clear();
+  out.silent.clear();
   out.points.reserve(scan.scan_packets.size() * VelodynePacket::kBlocks *
                      VelodynePacket::kReturnsPerBlock);
   Tally tally;

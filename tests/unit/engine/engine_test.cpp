@@ -173,7 +173,7 @@ TEST(ScanAssembler, UndoesTheMotionDuringAScan)
     const Eigen::Vector3d p_S = target - velocity * (scan.t + dt) - scan.T_BS.translation();
     scan.points.push_back({p_S.cast<float>(), float(dt)});
   }
-  ScanAssembler assembler;
+  ScanAssembler assembler{mapping::MapperConfig{}};
   assembler.add(scan);
   std::map<std::string, std::uint64_t> dropped;
   const std::vector<MapJob> jobs = assembler.take(source, 1.6, dropped);
@@ -182,12 +182,46 @@ TEST(ScanAssembler, UndoesTheMotionDuringAScan)
     EXPECT_LT((ray.end_L.cast<double>() - target).norm(), 0.03);
 }
 
+TEST(ScanAssembler, TakesSilenceForFreeSpaceUnlessTheSensorIsCovered)
+{
+  StateConfig config;
+  config.source = StateSourceKind::Truth;
+  StateSource source(config, {});
+  for (int k = 0; k < 200; ++k)
+  {
+    core::PoseFix pose;
+    pose.t = 0.01 * k;
+    source.add(pose);
+  }
+  const auto raysOf = [&source](std::size_t echoes, mapping::NoReturn no_return)
+  {
+    mapping::MapperConfig mapping;
+    mapping.no_return = no_return;
+    core::RangeScan scan;
+    scan.t = 1.0;
+    scan.points.assign(echoes, {Eigen::Vector3f(3.0f, 0.0f, 0.0f), 0.0f});
+    scan.silent.assign(1000, {Eigen::Vector3f::UnitY(), 0.0f});
+    ScanAssembler assembler(mapping);
+    assembler.add(scan);
+    std::map<std::string, std::uint64_t> dropped;
+    return assembler.take(source, 1.5, dropped).at(0);
+  };
+  const MapJob open = raysOf(100, mapping::NoReturn::Free);
+  ASSERT_EQ(open.rays.size(), 1100u);
+  EXPECT_EQ(open.echoes, 100u);
+  const double reach = mapping::MapperConfig{}.update_range_m;
+  EXPECT_NEAR(open.rays.back().end_L.y(), reach, 1e-5);
+  EXPECT_NEAR(open.rays.back().origin_L.y(), 1.0, 1e-5) << "an obstacle too near gives no echo";
+  EXPECT_EQ(raysOf(10, mapping::NoReturn::Free).rays.size(), 10u) << "covered";
+  EXPECT_EQ(raysOf(100, mapping::NoReturn::Unknown).rays.size(), 100u);
+}
+
 TEST(ScanAssembler, WaitsForTheEstimateAndDropsWhatNeverGetsOne)
 {
   StateConfig config;
   config.source = StateSourceKind::Truth;
   StateSource source(config, {});
-  ScanAssembler assembler;
+  ScanAssembler assembler{mapping::MapperConfig{}};
   core::RangeScan scan;
   scan.t = 1.0;
   scan.duration = 0.1;

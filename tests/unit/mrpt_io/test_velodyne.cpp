@@ -123,6 +123,7 @@ TEST(Velodyne, CountsWhatItDrops)
   const Decoded whole = decode(packets);
   EXPECT_EQ(whole.dropped.at("zero range"), zero);
   EXPECT_EQ(whole.scan.points.size() + zero, 10U * 12 * 32);
+  EXPECT_EQ(whole.scan.silent.size(), zero);
   EXPECT_EQ(whole.dropped.size(), 1U);
 
   packets[2].blocks[3].header = 0x1234;
@@ -134,6 +135,25 @@ TEST(Velodyne, CountsWhatItDrops)
   std::uint64_t all = broken.scan.points.size();
   for (const auto& [reason, count] : broken.dropped) all += count;
   EXPECT_EQ(all, 10U * 12 * 32);
+}
+
+TEST(Velodyne, SilentFiringsPointWhereTheirEchoesWouldHaveBeen)
+{
+  core::Rng rng(6);
+  auto packets = spin(Spin(), 10, rng);
+  const Decoded heard = decode(packets);
+  for (auto& packet : packets)
+    for (auto& block : packet.blocks)
+      for (auto& r : block.returns)
+        r.distance = static_cast<std::uint16_t>(r.distance == 0 ? 5000 : 0);
+  const Decoded swapped = decode(packets);
+  ASSERT_EQ(heard.scan.silent.size(), swapped.scan.points.size());
+  for (std::size_t i = 0; i < swapped.scan.points.size(); ++i)
+  {
+    const core::ScanPoint& silent = heard.scan.silent[i];
+    EXPECT_LT((silent.p_S - swapped.scan.points[i].p_S.normalized()).norm(), 1e-5f);
+    EXPECT_EQ(silent.dt, swapped.scan.points[i].dt);
+  }
 }
 
 TEST(Velodyne, AnEmptyScanIsEmpty)

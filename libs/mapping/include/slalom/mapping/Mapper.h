@@ -29,7 +29,8 @@ struct MapUpdate
 /// What of a scan is not part of the static world.
 struct MoverMask
 {
-  /// One per ray; those that are not 0 end on a mover: they clear space before it and mark nothing.
+  /// One per ray; those that are not 0 end on a mover, or on nothing: they clear space before their
+  /// end and mark nothing.
   std::span<const std::uint8_t> on_mover;
   /** Where a mover was. Occupied cells with their centres inside return to unknown, not to free: a
    * wall that it brushed past stays an obstacle to whoever flies with UnknownAs::Occupied, and the

@@ -5,16 +5,24 @@
 
 namespace slalom::mapping
 {
+/// What a firing without an echo says.
+enum class NoReturn
+{
+  Free,    ///< that nothing is there, as far as is fused
+  Unknown  ///< nothing
+};
+
 /// INI section [mapping].
 struct MapperConfig
 {
-  double resolution_m = 0.2;      ///< [m] voxel edge
-  double update_range_m = 6.0;    ///< [m] rays are fused up to here; longer ones clear space only
-  double min_range_m = 0.4;       ///< [m] nearer returns are the vehicle itself
-  double window_xy_m = 16.0;      ///< [m] edge of the rolling window, >= 2 update_range_m
-  double window_z_m = 8.0;        ///< [m] height of the rolling window
-  double max_distance_m = 3.0;    ///< [m] saturation of the distance transform
-  double hit = 0.7, miss = 0.45;  ///< [1] sensor model, probabilities
+  double resolution_m = 0.2;    ///< [m] voxel edge
+  double update_range_m = 6.0;  ///< [m] rays are fused up to here; longer ones clear space only
+  double min_range_m = 0.4;     ///< [m] nearer returns are the vehicle itself
+  NoReturn no_return = NoReturn::Free;  ///< an open field has no echoes to show that it is open
+  double window_xy_m = 16.0;            ///< [m] edge of the rolling window, >= 2 update_range_m
+  double window_z_m = 8.0;              ///< [m] height of the rolling window
+  double max_distance_m = 3.0;          ///< [m] saturation of the distance transform
+  double hit = 0.7, miss = 0.45;        ///< [1] sensor model, probabilities
   double clamp_min = 0.12, clamp_max = 0.97;  ///< [1] log-odds clamps, as probabilities
   double occupied_threshold = 0.5;  ///< [1] probability at and above which a cell is an obstacle
   double forget_s = 0.0;      ///< [s] cells unseen for this long return to unknown; 0 keeps them
@@ -34,6 +42,9 @@ struct MapperConfig
     v("update_range_m", c.update_range_m, Range{1.0, 50.0}, "returns up to this range become map");
     v("min_range_m", c.min_range_m, Range{0.0, 5.0},
       "returns nearer than this are the vehicle itself");
+    v("no_return", c.no_return,
+      core::Names<NoReturn>{{"free", NoReturn::Free}, {"unknown", NoReturn::Unknown}},
+      "what a firing without an echo says of the space from 1 m in front of the sensor on");
     v("window_xy_m", c.window_xy_m, Range{4.0, 100.0},
       "edge of the window that moves with the vehicle");
     v("window_z_m", c.window_z_m, Range{2.0, 50.0}, "height of that window");
