@@ -139,19 +139,35 @@ class Decoder
       const detail::Slot& slot = model.slots[static_cast<std::size_t>(i)];
       const int turned = (gap * slot.turn_q16 + (1 << 15)) >> 16;
       const int azimuth = block.azimuth + turned;
+      Silence& silence = silences_[(lower ? 32U : 0U) + static_cast<std::size_t>(slot.laser)];
       if (distance == 0)
-        silence(lasers[slot.laser], azimuth, start + slot.after);
+        listen(silence, lasers[slot.laser], azimuth, start + slot.after);
       else
+      {
+        silence.length = 0;
         point(distance, lasers[slot.laser], azimuth, start + slot.after);
+      }
     }
   }
 
-  void silence(const detail::Laser& laser, int azimuth, double time)
+  /// The last firings of one laser, all without an echo.
+  struct Silence
   {
+    std::array<core::ScanPoint, 3> last;
+    int length = 0;
+  };
+
+  /// Now and then an echo is lost: only a silence that lasts says that nothing is there. The firing
+  /// in the middle of five is told.
+  void listen(Silence& silence, const detail::Laser& laser, int azimuth, double time)
+  {
+    constexpr int kLasting = 5;
     const Direction& d = table_[wrapped(azimuth - laser.azimuth_offset)];
-    out_.silent.push_back(
-        {{laser.cos_elevation * d.cosine, -laser.cos_elevation * d.sine, laser.sin_elevation},
-         static_cast<float>(time)});
+    const auto at = static_cast<std::size_t>(silence.length % 3);
+    silence.last[at] = {
+        {laser.cos_elevation * d.cosine, -laser.cos_elevation * d.sine, laser.sin_elevation},
+        static_cast<float>(time)};
+    if (++silence.length >= kLasting) out_.silent.push_back(silence.last[(at + 1) % 3]);
   }
 
   void point(std::uint16_t distance, const detail::Laser& laser, int azimuth, double time)
@@ -175,6 +191,7 @@ class Decoder
 
   detail::SensorModels models_;
   const std::vector<Direction>& table_ = directions();
+  std::array<Silence, 64> silences_;
   float max_range_;
   core::RangeScan& out_;
   Tally& tally_;

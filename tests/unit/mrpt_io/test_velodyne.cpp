@@ -123,7 +123,6 @@ TEST(Velodyne, CountsWhatItDrops)
   const Decoded whole = decode(packets);
   EXPECT_EQ(whole.dropped.at("zero range"), zero);
   EXPECT_EQ(whole.scan.points.size() + zero, 10U * 12 * 32);
-  EXPECT_EQ(whole.scan.silent.size(), zero);
   EXPECT_EQ(whole.dropped.size(), 1U);
 
   packets[2].blocks[3].header = 0x1234;
@@ -137,22 +136,35 @@ TEST(Velodyne, CountsWhatItDrops)
   EXPECT_EQ(all, 10U * 12 * 32);
 }
 
-TEST(Velodyne, SilentFiringsPointWhereTheirEchoesWouldHaveBeen)
+TEST(Velodyne, OnlyLastingSilenceIsToldAndWhereItsEchoesWouldHaveBeen)
 {
   core::Rng rng(6);
-  auto packets = spin(Spin(), 10, rng);
-  const Decoded heard = decode(packets);
-  for (auto& packet : packets)
-    for (auto& block : packet.blocks)
-      for (auto& r : block.returns)
-        r.distance = static_cast<std::uint16_t>(r.distance == 0 ? 5000 : 0);
-  const Decoded swapped = decode(packets);
-  ASSERT_EQ(heard.scan.silent.size(), swapped.scan.points.size());
-  for (std::size_t i = 0; i < swapped.scan.points.size(); ++i)
+  // Laser 3 hears nothing from firing 20 to 60, laser 7 misses single echoes only.
+  auto packets = spin(Spin(), 10, rng), heard = packets;
+  const auto answer = [](std::vector<VelodynePacket>& all, bool silent)
   {
-    const core::ScanPoint& silent = heard.scan.silent[i];
-    EXPECT_LT((silent.p_S - swapped.scan.points[i].p_S.normalized()).norm(), 1e-5f);
-    EXPECT_EQ(silent.dt, swapped.scan.points[i].dt);
+    int firing = 0;
+    for (auto& packet : all)
+      for (auto& block : packet.blocks)
+        for (int half = 0; half < 2; ++half, ++firing)
+          for (int laser = 0; laser < 16; ++laser)
+          {
+            const bool quiet =
+                (laser == 3 && firing >= 20 && firing <= 60) || (laser == 7 && firing % 3 == 0);
+            const bool mute = !silent && !(laser == 3 && firing >= 22 && firing <= 58);
+            block.returns[16 * half + laser].distance =
+                static_cast<std::uint16_t>((silent && quiet) || mute ? 0 : 5000);
+          }
+  };
+  answer(packets, true);
+  answer(heard, false);  // nothing but what the others should call silent
+  const Decoded quiet = decode(packets), loud = decode(heard);
+  ASSERT_EQ(quiet.scan.silent.size(), 37U);
+  ASSERT_EQ(loud.scan.points.size(), 37U);
+  for (std::size_t i = 0; i < 37; ++i)
+  {
+    EXPECT_LT((quiet.scan.silent[i].p_S - loud.scan.points[i].p_S.normalized()).norm(), 1e-5f);
+    EXPECT_EQ(quiet.scan.silent[i].dt, loud.scan.points[i].dt);
   }
 }
 

@@ -23,7 +23,8 @@ struct RangeScan
   std::string label;
   Eigen::Isometry3d T_BS = Eigen::Isometry3d::Identity();  ///< sensor pose on the vehicle
   std::vector<ScanPoint> points;
-  /// Firings without an echo: p_S is a unit direction. Empty if the sensor does not tell.
+  /// Firings without an echo among others of the same laser: p_S is a unit direction. Empty if the
+  /// sensor does not tell.
   std::vector<ScanPoint> silent;
   double duration = 0.0;  ///< [s] last firing minus first
 };
