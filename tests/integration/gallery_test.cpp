@@ -161,7 +161,7 @@ TEST(Gallery, SmallMazeIsSolved)
 TEST(Gallery, ClosedWallEndsUnreachable)
 {
   const AnalyticField world({wall(6, -40, 6.4, 40)});
-  const FlightOutcome flight = fly("closed_wall", world, kStart, {12, 0, 1.5}, 90.0);
+  const FlightOutcome flight = fly("closed_wall", world, kStart, {12, 0, 1.5}, 150.0);
   EXPECT_NE(flight.status, EngineStatus::Navigating) << toString(flight.status);
   EXPECT_NE(flight.status, EngineStatus::GoalReached) << toString(flight.status);
   EXPECT_GE(flight.min_clearance_m, 0.35);

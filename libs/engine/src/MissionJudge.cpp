@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "MissionJudge.h"
 
+#include <algorithm>
+
 namespace slalom::engine
 {
 EngineStatus MissionJudge::judge(Flight& flight, const Refinements& refinements,
@@ -26,10 +28,18 @@ EngineStatus MissionJudge::judge(Flight& flight, const Refinements& refinements,
                            (p_L - goal_L).norm() <= config_.global_planner.goal_radius_m;
   flight.reached = flight.reached || (holds && near_enough);
   standing_s_ = rests && could_go && !holds && !flight.reached ? standing_s_ + dt : 0.0;
-  constexpr double kProgress_s = 0.5;  // less is the vehicle's going back and forth
-  const bool comes_on = on_reference > farthest_ + kProgress_s;
-  if (comes_on) farthest_ = on_reference;
-  wandering_s_ = comes_on || !could_go || holds || flight.reached ? 0.0 : wandering_s_ + dt;
+  // What counts is how far along R the vehicle itself has come, not its plans.
+  constexpr double kProgress_s = 0.5;  // less is going back and forth
+  constexpr double kWindow_s = 3.0;    // not to take a later leg that passes nearby for progress
+  const spline::UniformBSpline& r = *flight.reference_L;
+  farthest_ = std::max(farthest_, r.start());
+  const double nearest = r.project(p_L, farthest_, std::min(r.end(), farthest_ + kWindow_s));
+  if (nearest > farthest_ + kProgress_s)
+  {
+    farthest_ = nearest;
+    wandering_s_ = 0.0;
+  }
+  if (could_go && !holds) wandering_s_ += dt;
   if (flight.reached) return EngineStatus::GoalReached;
   if (holds) return EngineStatus::GoalBlocked;
   return standing_s_ > config_.mission.blocked_timeout_s ||

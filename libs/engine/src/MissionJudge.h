@@ -35,7 +35,8 @@ class MissionJudge
   const EngineConfig& config_;
   double standing_s_ = 0.0;   // how long the vehicle has stood although the mission is not over
   double wandering_s_ = 0.0;  // how long it has come no farther on R
-  double farthest_ = -std::numeric_limits<double>::infinity();  // parameter of R [s]
+  double farthest_ =
+      -std::numeric_limits<double>::infinity();  // parameter of R that the vehicle has come to [s]
 };
 
 }  // namespace slalom::engine
