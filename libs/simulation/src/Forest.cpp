@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "slalom/core/Rng.h"
+#include "slalom/simulation/ShortestPath.h"
 
 namespace slalom::simulation
 {
@@ -48,6 +49,25 @@ std::vector<Tree> makeForest(const ForestConfig& config, std::uint64_t seed)
     trees.push_back(tree);
   }
   return trees;
+}
+
+SolvableForest makeSolvableForest(const ForestConfig& config, std::uint64_t seed, double radius)
+{
+  constexpr int kForests = 50;
+  constexpr double kHeight = 1.5;  // [m]
+  core::Rng seeds(seed);
+  const Eigen::Vector3d end(0.5 * config.size_m - 1.0, 0.0, 0.0), up(0.0, 0.0, kHeight);
+  for (int rejected = 0; rejected < kForests; ++rejected)
+  {
+    SolvableForest forest{makeForest(config, rejected == 0 ? seed : seeds.bits()), 0.0, rejected};
+    const auto shortest =
+        shortestPath(World::of(forest.trees, {}, true), up - end, up + end, radius);
+    if (!shortest) continue;
+    forest.shortest_m = *shortest;
+    return forest;
+  }
+  throw std::invalid_argument("forest: no way for a radius of " + std::to_string(radius) +
+                              " m in " + std::to_string(kForests) + " forests");
 }
 
 std::string forestCsv(const std::vector<Tree>& trees)
