@@ -80,7 +80,8 @@ Json flightOf(const RunSummary& summary)
 {
   const TrueFlight& f = *summary.flight;
   std::optional<double> ratio;
-  if (f.shortest_m && *f.shortest_m > 0.0) ratio = f.length_m / *f.shortest_m;
+  if (summary.result.success && f.shortest_m && *f.shortest_m > 0.0)
+    ratio = f.length_m / *f.shortest_m;
   return {{"duration_s", number(f.duration_s)},
           {"length_m", number(f.length_m)},
           {"straight_m", number(f.straight_m)},

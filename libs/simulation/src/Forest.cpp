@@ -51,6 +51,21 @@ std::vector<Tree> makeForest(const ForestConfig& config, std::uint64_t seed)
   return trees;
 }
 
+namespace
+{
+/// So that nobody goes around the forest.
+World fenced(const std::vector<Tree>& trees, double half)
+{
+  const auto wall = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b)
+  { return Box(Eigen::Vector3d(a.x(), a.y(), 0.0), Eigen::Vector3d(b.x(), b.y(), 100.0)); };
+  const double out = half + 1.0;
+  return World::of(trees,
+                   {wall({-out, -out}, {out, -half}), wall({-out, half}, {out, out}),
+                    wall({-out, -out}, {-half, out}), wall({half, -out}, {out, out})},
+                   true);
+}
+}  // namespace
+
 SolvableForest makeSolvableForest(const ForestConfig& config, std::uint64_t seed, double radius)
 {
   constexpr int kForests = 50;
@@ -60,8 +75,8 @@ SolvableForest makeSolvableForest(const ForestConfig& config, std::uint64_t seed
   for (int rejected = 0; rejected < kForests; ++rejected)
   {
     SolvableForest forest{makeForest(config, rejected == 0 ? seed : seeds.bits()), 0.0, rejected};
-    const auto shortest =
-        shortestPath(World::of(forest.trees, {}, true), up - end, up + end, radius);
+    const auto shortest = shortestPath(fenced(forest.trees, 0.5 * config.size_m + radius), up - end,
+                                       up + end, radius);
     if (!shortest) continue;
     forest.shortest_m = *shortest;
     return forest;

@@ -17,6 +17,7 @@ using core::VelocityCommand;
 using Eigen::Vector3d;
 
 constexpr double kStep = Quadrotor::kStep;
+constexpr double kPi = std::numbers::pi;
 
 AirframeConfig quadrotor()
 {
@@ -35,6 +36,12 @@ double tiltOf(const MotionSample& m)
   return std::acos(std::min(1.0, (m.q_WB * Vector3d::UnitZ()).z()));
 }
 
+double headingOf(const MotionSample& m)
+{
+  const Vector3d x = m.q_WB * Vector3d::UnitX();
+  return std::atan2(x.y(), x.x());
+}
+
 TEST(Quadrotor, AnswersAStepWithTheLagThatIsAskedFor)
 {
   for (std::uint64_t seed = 1; seed <= 20; ++seed)
@@ -47,7 +54,7 @@ TEST(Quadrotor, AnswersAStepWithTheLagThatIsAskedFor)
     config.command_delay_s = rng.uniform(0.0, 0.1);
     config.attitude_lag_s = rng.uniform(0.04, 0.1);
     Quadrotor vehicle(config, Vector3d::Zero(), rng.uniform(-3.0, 3.0), seed);
-    const Vector3d wanted = 0.5 * rng.direction();
+    const Vector3d wanted = 0.1 * rng.direction();  // small enough to be linear
     vehicle.command({wanted, 0.0});
     double peak = 0.0, area = 0.0, at_lag = 0.0;
     for (int k = 1; k <= 4000; ++k)
@@ -62,7 +69,7 @@ TEST(Quadrotor, AnswersAStepWithTheLagThatIsAskedFor)
     EXPECT_NEAR(area, config.velocity_lag_s + config.command_delay_s, 2e-3);
     EXPECT_LT(peak, 1.06);
     EXPECT_NEAR(at_lag, 0.63, 0.12) << "as a first order would";
-    EXPECT_NEAR((vehicle.sample().v_W - wanted).norm(), 0.0, 1e-3);
+    EXPECT_LT((vehicle.sample().v_W - wanted).norm(), 1e-4);
   }
 }
 
@@ -101,9 +108,18 @@ TEST(Quadrotor, NeverExceedsItsLimits)
     config.gust_mps = 1.0;
     const double tilt_limit = config.max_tilt_deg * std::numbers::pi / 180.0;
     Quadrotor vehicle(config, Vector3d::Zero(), 0.0, seed);
+    double heading = 0.0;
     for (int k = 0; k < 10000; ++k)
     {
-      if (k % 400 == 0) vehicle.command(anyCommand(rng, 6.0));
+      if (k % 500 == 0)
+      {
+        // On the mean: while it tilts, the projection of its x axis swings a little.
+        const double turned = std::remainder(headingOf(vehicle.sample()) - heading, 2.0 * kPi);
+        fastest_turn = std::max(fastest_turn, std::abs(turned) / 0.5);
+        EXPECT_LE(std::abs(turned), 0.5 * config.max_yaw_rate_radps + 0.1);
+        heading += turned;
+        vehicle.command(anyCommand(rng, 6.0));
+      }
       vehicle.advance(kStep);
       const MotionSample& m = vehicle.sample();
       ASSERT_LE(tiltOf(m), tilt_limit + 0.02);
@@ -112,10 +128,8 @@ TEST(Quadrotor, NeverExceedsItsLimits)
       ASSERT_LE(m.w_B.head<2>().norm(), config.max_body_rate_radps * std::sqrt(2.0) + 1e-9);
       largest_tilt = std::max(largest_tilt, tiltOf(m));
       largest_thrust = std::max(largest_thrust, vehicle.thrust());
-      fastest_turn = std::max(fastest_turn, std::abs((m.q_WB * m.w_B).z()));
       largest = std::max(largest, m.a_W.norm());
     }
-    EXPECT_LE(fastest_turn, 1.3 * config.max_yaw_rate_radps);
   }
   EXPECT_GT(largest_tilt, 0.95 * 30.0 * std::numbers::pi / 180.0) << "the limits bind";
   EXPECT_GT(largest_thrust, 1.5 * kGravity);

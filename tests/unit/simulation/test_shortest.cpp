@@ -140,20 +140,20 @@ TEST(MakeSolvableForest, HasTheWayThatItReports)
   config.density_per_m2 = 0.35;
   config.min_gap_m = 0.0;
   int rejected = 0;
-  for (std::uint64_t seed = 1; seed <= 12; ++seed)
+  for (std::uint64_t seed = 1; seed <= 4; ++seed)
   {
     SCOPED_TRACE(seed);
     const SolvableForest forest = makeSolvableForest(config, seed, 0.5);
     rejected += forest.rejected;
-    if (forest.rejected == 0)
-      EXPECT_EQ(forestCsv(forest.trees), forestCsv(makeForest(config, seed)));
+    EXPECT_EQ(forest.rejected == 0, forestCsv(forest.trees) == forestCsv(makeForest(config, seed)));
     EXPECT_EQ(forestCsv(forest.trees), forestCsv(makeSolvableForest(config, seed, 0.5).trees));
     EXPECT_GE(forest.shortest_m, 10.0);
-    EXPECT_EQ(
-        shortestPath(World::of(forest.trees, {}, true), {-5.0, 0.0, 1.5}, {5.0, 0.0, 1.5}, 0.5),
-        forest.shortest_m);
+    const auto free =
+        shortestPath(World::of(forest.trees, {}, true), {-5.0, 0.0, 1.5}, {5.0, 0.0, 1.5}, 0.5);
+    ASSERT_TRUE(free);
+    EXPECT_LE(*free, 1.005 * forest.shortest_m) << "who may leave the square is no slower";
   }
-  EXPECT_GT(rejected, 0) << "some forests have no way within their bounds";
+  EXPECT_GT(rejected, 0) << "some forests have no way within the square";
 }
 
 /// The forests with known shortest paths: never longer, and free, hence never wrong. Where it is

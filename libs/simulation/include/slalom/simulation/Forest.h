@@ -52,7 +52,7 @@ struct SolvableForest
 };
 
 /** The first of a row of forests, the same for the same seed, through which a ball finds its way at
- * 1.5 m of height (the first one is makeForest(config, seed)).
+ * 1.5 m of height without leaving the square (the first one is makeForest(config, seed)).
  *  @param radius [m] of the ball
  *  @throws std::invalid_argument as makeForest(), or if there is none in 50 */
 [[nodiscard]] SolvableForest makeSolvableForest(const ForestConfig& config, std::uint64_t seed,
