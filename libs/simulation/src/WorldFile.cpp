@@ -7,6 +7,7 @@
 #include "slalom/core/Rng.h"
 #include "slalom/core/TextTable.h"
 #include "slalom/mrpt_io/IniDocument.h"
+#include "slalom/simulation/FlightRecorder.h"
 
 namespace slalom::simulation::detail
 {
@@ -176,7 +177,7 @@ void readFormula(Section& section, MoverPath& path)
   path.phase = section.number("phase_rad", 0.0);
 }
 
-Mover readMover(Section& section, const std::string& name, core::Rng& rng)
+Mover readMover(Section& section, const std::string& name, std::uint64_t seed)
 {
   Mover mover;
   mover.name = name;
@@ -187,9 +188,10 @@ Mover readMover(Section& section, const std::string& name, core::Rng& rng)
   else
     readFormula(section, mover.path);
   mover.path.delay_s = section.number("delay_s", 0.0);
-  // Drawn for every mover, so that one's jitter does not change another's.
-  const double share = rng.uniform(-1.0, 1.0);
-  if (section.has("jitter_s")) mover.path.delay_s += share * section.positive("jitter_s");
+  // A stream of its own, so that one mover does not change another's jitter.
+  if (section.has("jitter_s"))
+    mover.path.delay_s +=
+        core::Rng(streamSeed(seed, name)).uniform(-1.0, 1.0) * section.positive("jitter_s");
   return mover;
 }
 
@@ -232,7 +234,6 @@ Shapes readIniWorld(const std::filesystem::path& file, std::uint64_t seed)
 {
   const IniDocument document = IniDocument::read(file);
   Shapes world;
-  core::Rng rng(seed);
   for (const std::string& name : document.sections())
   {
     Section section(document, name);
@@ -247,7 +248,7 @@ Shapes readIniWorld(const std::filesystem::path& file, std::uint64_t seed)
     else if (kind == "sphere" && named)
       world.spheres.push_back(readSphere(section));
     else if (kind == "mover" && named)
-      world.movers.push_back(readMover(section, name.substr(name.find('.') + 1), rng));
+      world.movers.push_back(readMover(section, name.substr(name.find('.') + 1), seed));
     else if (kind == "world" && !named)
       world.ground = section.flag("ground", world.ground);
     else

