@@ -81,7 +81,8 @@ FlightRequest readRequest(const Options& options)
   start.p_W = pointOf("--start", options.start);
   start.yaw = headingTo(mission, start.p_W);
   start.radius_m = settings.engine.vehicle.radius_m;
-  return {std::move(settings), app::loaded([&] { return simulation::World::load(options.world); }),
+  return {std::move(settings),
+          app::loaded([&] { return simulation::World::load(options.world, options.seed); }),
           std::move(mission), start};
 }
 

@@ -15,6 +15,7 @@
 #include "SimulatedRobot.h"
 #include "slalom/mrpt_io/RawlogWriter.h"
 #include "slalom/report/AtomicFile.h"
+#include "slalom/simulation/ShortestPath.h"
 
 namespace slalom::fly
 {
@@ -66,6 +67,7 @@ class Fly
   [[nodiscard]] report::RunResult contactResult() const;
   [[nodiscard]] report::RunSummary summarise() const;
   [[nodiscard]] double goalDistance() const;
+  [[nodiscard]] std::optional<double> shortest() const;
   int finish();
 
   const Options& options_;
@@ -99,6 +101,22 @@ report::RunResult resultOf(int code, const char* name, std::string message)
 double Fly::goalDistance() const
 {
   return (flight_.state().p_W - request_.goal()).norm();
+}
+
+/// From waypoint to waypoint, each leg as short as can be; nullopt if one cannot be flown.
+std::optional<double> Fly::shortest() const
+{
+  double whole = 0.0;
+  Eigen::Vector3d from = request_.start.p_W;
+  for (const auto& waypoint : request_.mission.waypoints_W.colwise())
+  {
+    const Eigen::Vector3d to = waypoint;
+    const auto leg = simulation::shortestPath(request_.world, from, to, request_.start.radius_m);
+    if (!leg) return std::nullopt;
+    whole += *leg;
+    from = to;
+  }
+  return whole;
 }
 
 void Fly::openFiles()
@@ -149,10 +167,10 @@ report::RunResult Fly::contactResult() const
   const simulation::Contact& contact = *flight_.truth().first_contact;
   char text[200];
   std::snprintf(text, sizeof text,
-                "came within %.3f m of the world at t = %.2f s, (%.2f, %.2f, %.2f); the vehicle's "
+                "came within %.3f m of %s at t = %.2f s, (%.2f, %.2f, %.2f); the vehicle's "
                 "radius is %.2f m",
-                contact.distance, contact.t, contact.p_W.x(), contact.p_W.y(), contact.p_W.z(),
-                request_.start.radius_m);
+                contact.distance, flight_.truth().hit_mover ? "a mover" : "the world", contact.t,
+                contact.p_W.x(), contact.p_W.y(), contact.p_W.z(), request_.start.radius_m);
   return resultOf(ExitCode::kLimitViolated, "COLLISION", text);
 }
 
@@ -201,13 +219,22 @@ void Fly::fly()
   }
   result_ = std::move(*ended);
   const FlightTruth truth = flight_.truth();
-  true_flight_ = {truth.t,        truth.length_m,      straight,
-                  goalDistance(), truth.max_speed_mps, truth.max_acceleration_mps2,
-                  truth.contacts};
+  true_flight_.duration_s = truth.t;
+  true_flight_.length_m = truth.length_m;
+  true_flight_.straight_m = straight;
+  true_flight_.goal_distance_m = goalDistance();
+  true_flight_.max_speed_mps = truth.max_speed_mps;
+  true_flight_.max_acceleration_mps2 = truth.max_acceleration_mps2;
+  true_flight_.acceleration_effort_m2_s3 = truth.acceleration_effort;
+  true_flight_.jerk_effort_m2_s5 = truth.jerk_effort;
+  true_flight_.clearance_p05_m = truth.clearances.quantile(0.05);
+  true_flight_.shortest_m = shortest();
   // A vehicle that reaches its goal too fast to stop there has not arrived.
   const double until = flight_.time() + request_.settings.fly.settle_s;
   while (!truth.first_contact && flight_.time() < until && !app::interrupted()) tick();
   true_flight_.contacts = flight_.truth().contacts;
+  if (!request_.world.movers().empty())
+    true_flight_.min_mover_distance_m = flight_.truth().nearest_mover.distance;
   if (flight_.truth().first_contact && result_.code != ExitCode::kInterrupted)
     result_ = contactResult();
 }

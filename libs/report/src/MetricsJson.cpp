@@ -84,14 +84,23 @@ Json inputOf(const RunInfo& info, const InputSummary& input)
 Json flightOf(const RunSummary& summary)
 {
   const TrueFlight& f = *summary.flight;
+  std::optional<double> ratio;
+  if (summary.result.success && f.shortest_m && *f.shortest_m > 0.0)
+    ratio = f.length_m / *f.shortest_m;
   return {{"duration_s", number(f.duration_s)},
           {"length_m", number(f.length_m)},
           {"straight_m", number(f.straight_m)},
+          {"shortest_m", number(f.shortest_m)},
+          {"length_ratio", number(ratio)},
           {"goal_distance_m", number(f.goal_distance_m)},
           {"min_clearance_m", number(summary.min_true_clearance_m)},
+          {"clearance_p05_m", number(f.clearance_p05_m)},
+          {"min_mover_distance_m", number(f.min_mover_distance_m)},
           {"contacts", f.contacts},
           {"max_speed_mps", number(f.max_speed_mps)},
           {"max_acceleration_mps2", number(f.max_acceleration_mps2)},
+          {"acceleration_effort_m2_s3", number(f.acceleration_effort_m2_s3)},
+          {"jerk_effort_m2_s5", number(f.jerk_effort_m2_s5)},
           {"realtime_factor", number(summary.realtime_factor)}};
 }
 

@@ -26,6 +26,7 @@ FlightRecorder::FlightRecorder(const World& world, const Motion& motion, double 
       duration_(duration),
       epoch_(suite.record.epoch_s),
       frame_(suite.gps.datum),
+      lidar_config_(suite.lidar),
       lidar_(suite.lidar, streamSeed(seed, "lidar"), std::fmod(suite.record.epoch_s, 3600.0)),
       imu_(suite.imu, streamSeed(seed, "imu")),
       gps_(suite.gps, streamSeed(seed, "gps")),
@@ -36,6 +37,8 @@ FlightRecorder::FlightRecorder(const World& world, const Motion& motion, double 
 
 void FlightRecorder::addStreams(const SensorSuite& suite)
 {
+  using mrpt::obs::CObservation;
+  using Ptr = CObservation::Ptr;
   const auto truth = [this](double t)
   {
     core::PoseFix pose;
@@ -47,10 +50,17 @@ void FlightRecorder::addStreams(const SensorSuite& suite)
   };
   const auto imu = [this](double t)
   { return mrpt_io::makeImuObservation(epoch_ + t, imu_.sample(motion_, t)); };
-  const auto velocity = [this](double t)
-  { return mrpt_io::makeVelocityObservation(epoch_ + t, velocity_.sample(motion_, t)); };
-  const auto gps = [this](double t)
-  { return mrpt_io::makeGpsObservation(epoch_ + t, gps_.reading(motion_, t), frame_); };
+  const auto velocity = [this, config = suite.velocity](double t)
+  {
+    const Eigen::Vector3d v_W = velocity_.sample(motion_, t);  // its noise goes on
+    if (isOut(config, t)) return Ptr();
+    return Ptr(mrpt_io::makeVelocityObservation(epoch_ + t, v_W));
+  };
+  const auto gps = [this, config = suite.gps](double t)
+  {
+    const mrpt_io::GpsReading reading = gps_.reading(motion_, t);
+    return isOut(config, t) ? Ptr() : Ptr(mrpt_io::makeGpsObservation(epoch_ + t, reading, frame_));
+  };
   streams_ = {{suite.record.truth_rate_hz, 0, truth},
               {suite.imu.rate_hz, 0, imu},
               {suite.velocity.rate_hz, 0, velocity},
@@ -61,6 +71,7 @@ mrpt::obs::CObservation::Ptr FlightRecorder::nextScan()
 {
   const Vlp16Model::Scan scan = lidar_.nextScan(world_, motion_);
   time_ = scan.t;
+  if (isOut(lidar_config_, scan.t)) return nullptr;
   return mrpt_io::makeVelodyneObservation(epoch_ + scan.t, scan.packets, lidar_.mount());
 }
 
@@ -80,10 +91,19 @@ mrpt::obs::CObservation::Ptr FlightRecorder::observe(Stream& stream)
 
 mrpt::obs::CObservation::Ptr FlightRecorder::next()
 {
-  Stream& stream = earliest();
-  const double t = stream.next();
-  if (lidar_.nextScanStart() < t && lidar_.nextScanEnd() <= duration_) return nextScan();
-  return t > duration_ ? nullptr : observe(stream);
+  for (;;)
+  {
+    Stream& stream = earliest();
+    const double t = stream.next();
+    mrpt::obs::CObservation::Ptr observation;
+    if (lidar_.nextScanStart() < t && lidar_.nextScanEnd() <= duration_)
+      observation = nextScan();
+    else if (t > duration_)
+      return nullptr;
+    else
+      observation = observe(stream);
+    if (observation) return observation;  // else: an outage
+  }
 }
 
 std::vector<mrpt::obs::CObservation::Ptr> FlightRecorder::arrivedBy(double now)
@@ -95,7 +115,8 @@ std::vector<mrpt::obs::CObservation::Ptr> FlightRecorder::arrivedBy(double now)
     Stream& stream = earliest();
     const double scanned = lidar_.nextScanEnd();
     if (std::min(scanned, stream.next()) > now) return arrived;
-    arrived.push_back(scanned < stream.next() ? nextScan() : observe(stream));
+    auto observation = scanned < stream.next() ? nextScan() : observe(stream);
+    if (observation) arrived.push_back(std::move(observation));
   }
 }
 
@@ -106,7 +127,7 @@ std::optional<Contact> firstContact(const World& world, const Motion& motion, do
   for (double t = 0.0; t <= duration; t += kStep)
   {
     const Eigen::Vector3d p = motion.pose(t).translation();
-    const double distance = world.distance(p);
+    const double distance = std::min(world.distance(p), MoversAt(world.movers(), t).distance(p));
     if (distance < radius) return Contact{t, p, distance};
     if (world.hasGround() && p.z() < 0.0) return Contact{t, p, p.z()};
   }

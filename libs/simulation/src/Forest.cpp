@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "slalom/core/Rng.h"
+#include "slalom/simulation/ShortestPath.h"
 
 namespace slalom::simulation
 {
@@ -48,6 +49,40 @@ std::vector<Tree> makeForest(const ForestConfig& config, std::uint64_t seed)
     trees.push_back(tree);
   }
   return trees;
+}
+
+namespace
+{
+/// So that nobody goes around the forest.
+World fenced(const std::vector<Tree>& trees, double half)
+{
+  const auto wall = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b)
+  { return Box(Eigen::Vector3d(a.x(), a.y(), 0.0), Eigen::Vector3d(b.x(), b.y(), 100.0)); };
+  const double out = half + 1.0;
+  return World::of(trees,
+                   {wall({-out, -out}, {out, -half}), wall({-out, half}, {out, out}),
+                    wall({-out, -out}, {-half, out}), wall({half, -out}, {out, out})},
+                   true);
+}
+}  // namespace
+
+SolvableForest makeSolvableForest(const ForestConfig& config, std::uint64_t seed, double radius)
+{
+  constexpr int kForests = 50;
+  constexpr double kHeight = 1.5;  // [m]
+  core::Rng seeds(seed);
+  const Eigen::Vector3d end(0.5 * config.size_m - 1.0, 0.0, 0.0), up(0.0, 0.0, kHeight);
+  for (int rejected = 0; rejected < kForests; ++rejected)
+  {
+    SolvableForest forest{makeForest(config, rejected == 0 ? seed : seeds.bits()), 0.0, rejected};
+    const auto shortest = shortestPath(fenced(forest.trees, 0.5 * config.size_m + radius), up - end,
+                                       up + end, radius);
+    if (!shortest) continue;
+    forest.shortest_m = *shortest;
+    return forest;
+  }
+  throw std::invalid_argument("forest: no way for a radius of " + std::to_string(radius) +
+                              " m in " + std::to_string(kForests) + " forests");
 }
 
 std::string forestCsv(const std::vector<Tree>& trees)

@@ -45,14 +45,17 @@ GpsModel::GpsModel(const GpsConfig& config, std::uint64_t seed)
 mrpt_io::GpsReading GpsModel::reading(const Motion& motion, double t)
 {
   // Exact discretisation of the Gauss-Markov process.
-  const double keep = std::exp(-std::max(0.0, t - last_) / config_.bias_time_s);
+  const double passed = std::max(0.0, t - last_);
+  const double keep = std::exp(-passed / config_.bias_time_s);
   last_ = t;
   bias_ = keep * bias_ + slowNoise(rng_, config_.bias_sigma_m * std::sqrt(1.0 - keep * keep));
+  if (config_.bias_walk > 0.0) walked_ += slowNoise(rng_, config_.bias_walk * std::sqrt(passed));
   const MotionSample m = motion.at(t - config_.delay_s);
   const Eigen::Vector3d white = rng_.normal3(1.0).cwiseProduct(
       Eigen::Vector3d(config_.sigma_m, config_.sigma_m, config_.sigma_up_m));
   mrpt_io::GpsReading reading;
-  reading.p_W = m.p_W + m.q_WB * config_.lever_m + bias_ + white;
+  reading.p_W = m.p_W + m.q_WB * config_.lever_m + bias_ + walked_ + white;
+  if (t >= config_.jump_time_s) reading.p_W += config_.jump_m;
   reading.v_W =
       m.v_W + m.q_WB * m.w_B.cross(config_.lever_m) + rng_.normal3(config_.velocity_sigma_mps);
   reading.sigma = std::hypot(config_.sigma_m, config_.bias_sigma_m);

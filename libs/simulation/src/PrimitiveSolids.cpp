@@ -19,17 +19,23 @@ struct PrimitiveSolids::Ray
   double a;  // squared length of the horizontal part
 };
 
-PrimitiveSolids::PrimitiveSolids(std::vector<Tree> trees, std::vector<Box> boxes)
-    : trees_(std::move(trees)), boxes_(std::move(boxes))
+PrimitiveSolids::PrimitiveSolids(std::vector<Tree> trees, std::vector<Box> boxes,
+                                 std::vector<Sphere> spheres)
+    : trees_(std::move(trees)), boxes_(std::move(boxes)), spheres_(std::move(spheres))
 {
   for (const Tree& tree : trees_)
   {
     const Eigen::Vector2d r(tree.radius, tree.radius);
     const Eigen::Vector2d lo = tree.centre_W - r, hi = tree.centre_W + r;
-    bounds_.extend(Eigen::Vector3d(lo.x(), lo.y(), 0.0));
-    bounds_.extend(Eigen::Vector3d(hi.x(), hi.y(), tree.height));
+    bounds_.extend(Eigen::Vector3d(lo.x(), lo.y(), tree.base));
+    bounds_.extend(Eigen::Vector3d(hi.x(), hi.y(), tree.base + tree.height));
   }
   for (const Box& box : boxes_) bounds_.extend(box);
+  for (const Sphere& sphere : spheres_)
+  {
+    bounds_.extend((sphere.centre_W.array() - sphere.radius).matrix());
+    bounds_.extend((sphere.centre_W.array() + sphere.radius).matrix());
+  }
   if (!bounds_.isEmpty()) buildGrid();
 }
 
@@ -40,8 +46,11 @@ Eigen::AlignedBox2d PrimitiveSolids::footprint(std::size_t shape) const
     const Eigen::Vector2d r = Eigen::Vector2d::Constant(trees_[shape].radius);
     return {trees_[shape].centre_W - r, trees_[shape].centre_W + r};
   }
-  const Box& box = boxes_[shape - trees_.size()];
-  return {box.min().head<2>(), box.max().head<2>()};
+  const std::size_t rest = shape - trees_.size();
+  if (rest < boxes_.size()) return {boxes_[rest].min().head<2>(), boxes_[rest].max().head<2>()};
+  const Sphere& sphere = spheres_[rest - boxes_.size()];
+  const Eigen::Vector2d r = Eigen::Vector2d::Constant(sphere.radius);
+  return {sphere.centre_W.head<2>() - r, sphere.centre_W.head<2>() + r};
 }
 
 int PrimitiveSolids::clampedX(double x) const
@@ -59,11 +68,11 @@ void PrimitiveSolids::buildGrid()
   const Eigen::Vector2d extent = bounds_.sizes().head<2>();
   const double area = extent.x() * extent.y();
   // About one shape per cell: a ray then pays as much for cells as for shapes.
-  edge_ = std::clamp(std::sqrt(area / double(trees_.size() + boxes_.size())), 1.0, 4.0);
+  edge_ = std::clamp(std::sqrt(area / double(shapes())), 1.0, 4.0);
   edge_ = std::max(edge_, std::sqrt(area / kMaxCells));
   size_x_ = static_cast<int>(extent.x() / edge_) + 1;
   size_y_ = static_cast<int>(extent.y() / edge_) + 1;
-  const std::size_t cells = cell(0, size_y_), shapes = trees_.size() + boxes_.size();
+  const std::size_t cells = cell(0, size_y_);
   const auto forEachCell = [&](std::size_t shape, auto&& visit)
   {
     const Eigen::AlignedBox2d foot = footprint(shape);
@@ -71,11 +80,12 @@ void PrimitiveSolids::buildGrid()
       for (int x = clampedX(foot.min().x()); x <= clampedX(foot.max().x()); ++x) visit(cell(x, y));
   };
   first_.assign(cells + 1, 0);
-  for (std::size_t s = 0; s < shapes; ++s) forEachCell(s, [&](std::size_t c) { ++first_[c + 1]; });
+  for (std::size_t s = 0; s < shapes(); ++s)
+    forEachCell(s, [&](std::size_t c) { ++first_[c + 1]; });
   for (std::size_t c = 0; c < cells; ++c) first_[c + 1] += first_[c];
   shapes_.resize(first_.back());
   std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-  for (std::size_t s = 0; s < shapes; ++s)
+  for (std::size_t s = 0; s < shapes(); ++s)
     forEachCell(s, [&](std::size_t c) { shapes_[next[c]++] = static_cast<std::uint32_t>(s); });
 }
 
@@ -83,6 +93,11 @@ void PrimitiveSolids::buildGrid()
 double PrimitiveSolids::hit(std::size_t shape, const Ray& ray, double best) const
 {
   Interval inside{0.0, best};
+  if (shape >= trees_.size() + boxes_.size())
+  {
+    const Sphere& sphere = spheres_[shape - trees_.size() - boxes_.size()];
+    return std::min(best, hitSphere(ray.origin - sphere.centre_W, ray.direction, sphere.radius));
+  }
   if (shape >= trees_.size())
   {
     const Box& box = boxes_[shape - trees_.size()];
@@ -91,20 +106,8 @@ double PrimitiveSolids::hit(std::size_t shape, const Ray& ray, double best) cons
     return inside.enter <= inside.leave ? inside.enter : best;
   }
   const Tree& tree = trees_[shape];
-  const double ox = ray.origin.x() - tree.centre_W.x(), oy = ray.origin.y() - tree.centre_W.y();
-  const double squared = tree.radius * tree.radius;
-  const double cross = ox * ray.direction.y() - oy * ray.direction.x();
-  if (cross * cross > squared * ray.a) return best;
-  if (ray.a > 0.0)
-  {
-    const double along = -(ox * ray.direction.x() + oy * ray.direction.y()) / ray.a;
-    const double half = std::sqrt(std::max(0.0, squared * ray.a - cross * cross)) / ray.a;
-    inside = {std::max(0.0, along - half), std::min(best, along + half)};
-  }
-  else if (ox * ox + oy * oy > squared)
-    return best;
-  inside = slab(ray.origin.z(), ray.direction.z(), 0.0, tree.height, inside);
-  return inside.enter <= inside.leave ? inside.enter : best;
+  const Eigen::Vector3d foot(tree.centre_W.x(), tree.centre_W.y(), tree.base);
+  return std::min(best, hitCylinder(ray.origin - foot, ray.direction, tree.radius, tree.height));
 }
 
 std::optional<double> PrimitiveSolids::castRay(const Eigen::Vector3d& origin,
@@ -155,10 +158,13 @@ double PrimitiveSolids::shapeDistance(std::size_t shape, const Eigen::Vector3d& 
   if (shape < trees_.size())
   {
     const Tree& tree = trees_[shape];
-    const double side = (p.head<2>() - tree.centre_W).norm() - tree.radius;
-    const double cap = std::max(-p.z(), p.z() - tree.height);
-    if (side <= 0.0 || cap <= 0.0) return std::max(side, cap);
-    return std::hypot(side, cap);
+    return cylinderDistance(p - Eigen::Vector3d(tree.centre_W.x(), tree.centre_W.y(), tree.base),
+                            tree.radius, tree.height);
+  }
+  if (shape >= trees_.size() + boxes_.size())
+  {
+    const Sphere& sphere = spheres_[shape - trees_.size() - boxes_.size()];
+    return (p - sphere.centre_W).norm() - sphere.radius;
   }
   const Box& box = boxes_[shape - trees_.size()];
   const Eigen::Vector3d out = (box.min() - p).cwiseMax(p - box.max());

@@ -9,12 +9,12 @@
 
 namespace slalom::simulation::detail
 {
-/** Vertical cylinders and boxes in a uniform horizontal grid: each cell lists the shapes whose
- * footprint touches it, so a ray visits only what stands along its shadow. */
+/** Vertical cylinders, boxes and spheres in a uniform horizontal grid: each cell lists the shapes
+ * whose footprint touches it, so a ray visits only what stands along its shadow. */
 class PrimitiveSolids : public Solids
 {
  public:
-  PrimitiveSolids(std::vector<Tree> trees, std::vector<Box> boxes);
+  PrimitiveSolids(std::vector<Tree> trees, std::vector<Box> boxes, std::vector<Sphere> spheres);
 
   [[nodiscard]] std::optional<double> castRay(const Eigen::Vector3d& origin,
                                               const Eigen::Vector3d& direction,
@@ -31,14 +31,19 @@ class PrimitiveSolids : public Solids
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(size_x_) +
            static_cast<std::size_t>(x);
   }
+  [[nodiscard]] std::size_t shapes() const
+  {
+    return trees_.size() + boxes_.size() + spheres_.size();
+  }
   [[nodiscard]] int clampedX(double x) const;
   [[nodiscard]] int clampedY(double y) const;
   [[nodiscard]] double hit(std::size_t shape, const Ray& ray, double best) const;
   [[nodiscard]] double shapeDistance(std::size_t shape, const Eigen::Vector3d& p) const;
   [[nodiscard]] double nearestInCell(int x, int y, const Eigen::Vector3d& p, double best) const;
 
-  std::vector<Tree> trees_;  // shapes 0 .. trees-1
-  std::vector<Box> boxes_;   // shapes trees ..
+  std::vector<Tree> trees_;      // the first shapes
+  std::vector<Box> boxes_;       // the next
+  std::vector<Sphere> spheres_;  // the last
   Eigen::AlignedBox3d bounds_;
   int size_x_ = 0, size_y_ = 0;
   double edge_ = 1.0;                 // of a grid cell [m]

@@ -115,20 +115,31 @@ VelodynePacket Vlp16Model::packet(double t, const World& world, const Motion& mo
   return packet;
 }
 
+bool Vlp16Model::sees(double azimuth) const
+{
+  return config_.fov_deg >= 360.0 ||
+         std::abs(core::wrapAngle(azimuth)) <= 0.5 * config_.fov_deg * kRadian;
+}
+
 void Vlp16Model::fire(double t, const World& world, const Motion& motion,
                       VelodynePacket::Return* returns)
 {
-  // Within the 35 us of a firing the vehicle moves by some 0.04 mm: one pose, of its middle.
+  // Within the 35 us of a firing the vehicle, or a mover, moves by some 0.04 mm: one pose each.
   const Eigen::Isometry3d T_WS =
       motion.pose(t + 0.5 * (kLasers - 1) * VelodynePacket::kLaserPeriod) * T_BS_;
+  const MoversAt movers(world.movers(), t);
   for (int l = 0; l < kLasers; ++l)
   {
     const double turned = azimuth(t + l * VelodynePacket::kLaserPeriod);
+    if (!sees(turned)) continue;
     const Elevation& e = elevations()[static_cast<std::size_t>(l)];
     const Eigen::Vector3d direction_S(e.cosine * std::cos(turned), -e.cosine * std::sin(turned),
                                       e.sine);
-    const std::optional<double> hit =
-        world.castRay(T_WS.translation(), T_WS.linear() * direction_S, config_.max_range_m);
+    const Eigen::Vector3d direction_W = T_WS.linear() * direction_S;
+    std::optional<double> hit = world.castRay(T_WS.translation(), direction_W, config_.max_range_m);
+    if (const auto moving =
+            movers.castRay(T_WS.translation(), direction_W, hit.value_or(config_.max_range_m)))
+      hit = moving;
     if (!hit || *hit < config_.min_range_m || rng_.uniform() < config_.dropout) continue;
     const double range = *hit + config_.range_sigma_m * rng_.normal();
     const double units = std::round(range / VelodynePacket::kDistanceUnit);

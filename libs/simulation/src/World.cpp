@@ -18,6 +18,7 @@ namespace slalom::simulation
 struct World::Impl
 {
   std::unique_ptr<const detail::Solids> solids;
+  std::vector<Mover> movers;
   bool ground = false;
 };
 
@@ -37,6 +38,28 @@ std::unique_ptr<const detail::Solids> loadOctree(const std::filesystem::path& fi
     throw std::runtime_error(file.string() + ": " + error.what());
   }
 }
+
+bool isSize(double value)
+{
+  return value > 0.0 && std::isfinite(value);
+}
+
+void check(const Shapes& shapes)
+{
+  for (const Tree& tree : shapes.trees)
+    if (!tree.centre_W.allFinite() || !isSize(tree.radius) || !isSize(tree.height) ||
+        !std::isfinite(tree.base))
+      throw std::invalid_argument("World: tree with radius " + std::to_string(tree.radius) +
+                                  " m, height " + std::to_string(tree.height) + " m");
+  for (const Box& box : shapes.boxes)
+    if (!box.min().allFinite() || !box.max().allFinite() ||
+        !((box.max() - box.min()).minCoeff() > 0.0))
+      throw std::invalid_argument("World: box without volume");
+  for (const Sphere& sphere : shapes.spheres)
+    if (!sphere.centre_W.allFinite() || !isSize(sphere.radius))
+      throw std::invalid_argument("World: sphere with radius " + std::to_string(sphere.radius) +
+                                  " m");
+}
 }  // namespace
 
 World::World() : impl_(std::make_unique<Impl>()) {}
@@ -44,7 +67,7 @@ World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
-World World::load(const std::filesystem::path& file)
+World World::load(const std::filesystem::path& file, std::uint64_t seed)
 {
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -58,26 +81,22 @@ World World::load(const std::filesystem::path& file)
   if (extension != ".csv" && extension != ".ini")
     throw std::runtime_error(file.string() + ": a world is a .bt, .ot, .csv or .ini file, not '" +
                              extension + "'");
-  detail::WorldShapes shapes =
-      extension == ".csv" ? detail::readTrees(file) : detail::readIniWorld(file);
-  return of(std::move(shapes.trees), std::move(shapes.boxes), shapes.ground);
+  return of(extension == ".csv" ? detail::readTrees(file) : detail::readIniWorld(file, seed));
 }
 
 World World::of(std::vector<Tree> trees, std::vector<Box> boxes, bool ground)
 {
-  for (const Tree& tree : trees)
-    if (!tree.centre_W.allFinite() || !(tree.radius > 0.0) || !(tree.height > 0.0) ||
-        !std::isfinite(tree.radius) || !std::isfinite(tree.height))
-      throw std::invalid_argument("World: tree with radius " + std::to_string(tree.radius) +
-                                  " m, height " + std::to_string(tree.height) + " m");
-  for (const Box& box : boxes)
-    if (!box.min().allFinite() || !box.max().allFinite() ||
-        !((box.max() - box.min()).minCoeff() > 0.0))
-      throw std::invalid_argument("World: box without volume");
+  return of(Shapes{std::move(trees), std::move(boxes), {}, {}, ground});
+}
+
+World World::of(Shapes shapes)
+{
+  check(shapes);
   World world;
-  world.impl_->solids =
-      std::make_unique<detail::PrimitiveSolids>(std::move(trees), std::move(boxes));
-  world.impl_->ground = ground;
+  world.impl_->solids = std::make_unique<detail::PrimitiveSolids>(
+      std::move(shapes.trees), std::move(shapes.boxes), std::move(shapes.spheres));
+  world.impl_->movers = std::move(shapes.movers);
+  world.impl_->ground = shapes.ground;
   return world;
 }
 
@@ -109,6 +128,11 @@ Eigen::AlignedBox3d World::bounds() const
   if (box.isEmpty()) box.extend(Eigen::Vector3d::Zero());
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kMargin);
   return {box.min() - margin, box.max() + margin};
+}
+
+const std::vector<Mover>& World::movers() const
+{
+  return impl_->movers;
 }
 
 bool World::hasGround() const

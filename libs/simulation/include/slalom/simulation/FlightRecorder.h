@@ -74,7 +74,7 @@ class FlightRecorder
   {
     double rate = 0.0;
     std::int64_t count = 0;
-    std::function<mrpt::obs::CObservation::Ptr(double)> observe;
+    std::function<mrpt::obs::CObservation::Ptr(double)> observe;  // nullptr in an outage
     [[nodiscard]] double next() const { return static_cast<double>(count) / rate; }
   };
   [[nodiscard]] mrpt::obs::CObservation::Ptr nextScan();
@@ -86,6 +86,7 @@ class FlightRecorder
   const Motion& motion_;
   double duration_, epoch_, time_ = 0.0;
   mrpt_io::EnuFrame frame_;
+  LidarConfig lidar_config_;
   Vlp16Model lidar_;
   ImuModel imu_;
   GpsModel gps_;
@@ -101,7 +102,8 @@ struct Contact
   double distance = 0.0;  ///< [m] centre to surface
 };
 
-/// First contact in [0, duration], sampled every 5 ms; the ground counts for the centre alone.
+/// First contact in [0, duration], sampled every 5 ms, with what stands or moves; the ground counts
+/// for the centre alone.
 [[nodiscard]] std::optional<Contact> firstContact(const World& world, const Motion& motion,
                                                   double duration, double radius);
 

@@ -43,6 +43,21 @@ struct ForestConfig
  * gaps asked for */
 [[nodiscard]] std::vector<Tree> makeForest(const ForestConfig& config, std::uint64_t seed);
 
+/// A forest, and the shortest way through it.
+struct SolvableForest
+{
+  std::vector<Tree> trees;
+  double shortest_m = 0.0;  ///< [m] between the clear places at both ends of the x axis
+  int rejected = 0;         ///< forests without a way that were thrown away
+};
+
+/** The first of a row of forests, the same for the same seed, through which a ball finds its way at
+ * 1.5 m of height without leaving the square (the first one is makeForest(config, seed)).
+ *  @param radius [m] of the ball
+ *  @throws std::invalid_argument as makeForest(), or if there is none in 50 */
+[[nodiscard]] SolvableForest makeSolvableForest(const ForestConfig& config, std::uint64_t seed,
+                                                double radius);
+
 /// The csv that World::load reads, to 0.1 mm.
 [[nodiscard]] std::string forestCsv(const std::vector<Tree>& trees);
 

@@ -14,6 +14,13 @@
 
 namespace slalom::simulation
 {
+/// Silence of a sensor with outage_start_s and outage_s in its config.
+template <class Config>
+[[nodiscard]] bool isOut(const Config& config, double t)
+{
+  return t >= config.outage_start_s && t < config.outage_start_s + config.outage_s;
+}
+
 /// INI section [imu]. Defaults: a good MEMS unit on a damped mount.
 struct ImuConfig
 {
@@ -63,6 +70,11 @@ struct GpsConfig
   double bias_time_s = 100.0;       ///< [s] correlation time of the slow part
   double velocity_sigma_mps = 0.1;  ///< [m/s] of the speed over ground
   double delay_s = 0.0;             ///< [s] age of the reading at its time stamp
+  double bias_walk = 0.0;           ///< [m/sqrt(s)] random walk of the bias, east and north
+  double outage_start_s = 0.0;      ///< [s] no fix from here on ...
+  double outage_s = 0.0;            ///< [s] ... for so long
+  double jump_time_s = 0.0;         ///< [s] from here on all fixes are off by jump_m
+  Eigen::Vector3d jump_m = Eigen::Vector3d::Zero();               ///< [m]
   Eigen::Vector3d lever_m = Eigen::Vector3d::Zero();              ///< [m] antenna in the body frame
   Eigen::Vector3d datum = Eigen::Vector3d(47.3667, 8.55, 450.0);  ///< lat, lon [deg], alt [m]
 
@@ -77,6 +89,12 @@ struct GpsConfig
     v("bias_time_s", c.bias_time_s, Range{1.0, 1e5}, "correlation time of the slow error");
     v("velocity_sigma_mps", c.velocity_sigma_mps, Range{0.0, 10.0}, "noise of speed over ground");
     v("delay_s", c.delay_s, Range{0.0, 2.0}, "age of a fix at its time stamp");
+    v("bias_walk", c.bias_walk, Range{0.0, 10.0},
+      "random walk of the slow error, m/sqrt(s); double for up");
+    v("outage_start_s", c.outage_start_s, Range{0.0, 1e6}, "no fix from here on ...");
+    v("outage_s", c.outage_s, Range{0.0, 1e6}, "... for so long; 0 = none");
+    v("jump_time_s", c.jump_time_s, Range{0.0, 1e6}, "from here on fixes are off by jump_m");
+    v("jump_m", c.jump_m, "x,y,z by which fixes are off from jump_time_s on");
     v("lever_m", c.lever_m, "x,y,z of the antenna on the vehicle");
     v("datum", c.datum, "lat_deg,lon_deg,alt_m of the world's origin");
   }
@@ -92,15 +110,18 @@ class GpsModel
  private:
   GpsConfig config_;
   core::Rng rng_;
-  Eigen::Vector3d bias_;
-  double last_ = 0.0;  // [s]
+  Eigen::Vector3d bias_;                              // Gauss-Markov
+  Eigen::Vector3d walked_ = Eigen::Vector3d::Zero();  // without bound
+  double last_ = 0.0;                                 // [s]
 };
 
 /// INI section [velocity].
 struct VelocityConfig
 {
-  double rate_hz = 50.0;    ///< [1/s]
-  double sigma_mps = 0.05;  ///< [m/s] white, per axis
+  double rate_hz = 50.0;        ///< [1/s]
+  double sigma_mps = 0.05;      ///< [m/s] white, per axis
+  double outage_start_s = 0.0;  ///< [s] silent from here on ...
+  double outage_s = 0.0;        ///< [s] ... for so long
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
@@ -108,6 +129,8 @@ struct VelocityConfig
     using core::Range;
     v("rate_hz", c.rate_hz, Range{1.0, 500.0}, "samples per second");
     v("sigma_mps", c.sigma_mps, Range{0.0, 5.0}, "white noise per axis");
+    v("outage_start_s", c.outage_start_s, Range{0.0, 1e6}, "silent from here on ...");
+    v("outage_s", c.outage_s, Range{0.0, 1e6}, "... for so long; 0 = never");
   }
 };
 

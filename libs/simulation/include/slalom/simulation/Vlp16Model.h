@@ -22,6 +22,9 @@ struct LidarConfig
   double max_range_m = 100.0;   ///< [m]
   double range_sigma_m = 0.02;  ///< [m] white
   double dropout = 0.005;       ///< [1] fraction of returns that get lost
+  double fov_deg = 360.0;       ///< [deg] azimuths that see, around the sensor's x axis
+  double outage_start_s = 0.0;  ///< [s] scans that begin from here on ...
+  double outage_s = 0.0;        ///< [s] ... for so long are lost
   Eigen::Vector3d mount_m = Eigen::Vector3d(0.0, 0.0, 0.1);  ///< [m] in the body frame
   Eigen::Vector3d mount_rpy_deg = Eigen::Vector3d::Zero();   ///< roll, pitch, yaw
 
@@ -35,6 +38,10 @@ struct LidarConfig
     v("max_range_m", c.max_range_m, Range{1.0, 130.0}, "nothing is seen beyond");
     v("range_sigma_m", c.range_sigma_m, Range{0.0, 1.0}, "standard deviation of the range");
     v("dropout", c.dropout, Range{0.0, 1.0}, "fraction of returns that get lost");
+    v("fov_deg", c.fov_deg, Range{1.0, 360.0},
+      "horizontal field of view around the sensor's x axis; 360 = all around");
+    v("outage_start_s", c.outage_start_s, Range{0.0, 1e6}, "scans from here on are lost ...");
+    v("outage_s", c.outage_s, Range{0.0, 1e6}, "... for so long; 0 = none");
     v("mount_m", c.mount_m, "x,y,z of the sensor on the vehicle");
     v("mount_rpy_deg", c.mount_rpy_deg, "roll,pitch,yaw of the sensor on the vehicle");
   }
@@ -68,6 +75,7 @@ class Vlp16Model
   [[nodiscard]] mrpt_io::VelodynePacket packet(double t, const World& world, const Motion& motion);
   void fire(double t, const World& world, const Motion& motion,
             mrpt_io::VelodynePacket::Return* returns);
+  [[nodiscard]] bool sees(double azimuth) const;
   [[nodiscard]] double azimuth(double t) const;  ///< [rad] clockwise, not wrapped
   [[nodiscard]] std::int64_t packetsUntil(std::int64_t revolution) const;
 

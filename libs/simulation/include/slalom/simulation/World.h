@@ -2,28 +2,47 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "slalom/simulation/Movers.h"
 #include "slalom/simulation/Shapes.h"
 
 namespace slalom::simulation
 {
+/// What a world of primitives is made of.
+struct Shapes
+{
+  std::vector<Tree> trees;  ///< and all other upright cylinders
+  std::vector<Box> boxes;
+  std::vector<Sphere> spheres;
+  std::vector<Mover> movers;
+  bool ground = true;
+};
+
 /** Solid geometry with exact queries: trees from csv (`x,y,radius,height`, standing on z = 0),
  * boxes and trees from ini, occupied leaves of an octree (.bt/.ot). Shells that enclose unknown
  * space are filled: a hollow trunk is never free. There is a ground plane at z = 0 for csv and ini
  * worlds (key `ground = true`). Immutable, thread-safe.
  *
- *  An ini world has sections `[tree.NAME]` (x, y, radius, height), `[box.NAME]` (min, max as
- * `x,y,z`) and `[world]` (ground).
+ *  An ini world has sections `[tree.NAME]` (x, y, radius, height), `[cylinder.NAME]` (the same and
+ * base, the height of its foot), `[box.NAME]` (min, max as `x,y,z`), `[sphere.NAME]` (centre,
+ * radius), `[mover.NAME]` (Movers.h; libs/simulation/README.md lists its keys) and `[world]`
+ * (ground).
+ *
+ *  castRay(), distance() and bounds() are about what stands still; what moves is asked of movers()
+ * at a time.
  *  @throws std::runtime_error naming file, line and value on malformed input */
 class World
 {
  public:
-  [[nodiscard]] static World load(const std::filesystem::path& file);
+  /// @param seed of where each mover with `jitter_s` begins
+  [[nodiscard]] static World load(const std::filesystem::path& file, std::uint64_t seed = 0);
   /// A world of primitives made in memory. @throws std::invalid_argument on a shape without volume
+  [[nodiscard]] static World of(Shapes shapes);
   [[nodiscard]] static World of(std::vector<Tree> trees, std::vector<Box> boxes, bool ground);
   ~World();
   World(World&&) noexcept;
@@ -40,6 +59,7 @@ class World
   [[nodiscard]] double distance(const Eigen::Vector3d& p_W, bool with_ground = false) const;
   [[nodiscard]] Eigen::AlignedBox3d bounds() const;  ///< of the file, plus a margin of 2 m
   [[nodiscard]] bool hasGround() const;              ///< solid below z = 0
+  [[nodiscard]] const std::vector<Mover>& movers() const;
 
  private:
   World();
