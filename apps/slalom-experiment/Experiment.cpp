@@ -146,8 +146,8 @@ std::uint64_t seedOf(std::string_view word, const std::string& text)
 
 const Group* Experiment::find(const std::string& group) const
 {
-  const auto found = std::find_if(groups.begin(), groups.end(),
-                                  [&](const Group& g) { return g.name == group; });
+  const auto found =
+      std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.name == group; });
   return found == groups.end() ? nullptr : &*found;
 }
 
@@ -166,9 +166,8 @@ std::vector<std::uint64_t> seedsOf(const std::string& text)
   {
     const std::size_t dash = word.find('-');
     const std::uint64_t first = seedOf(std::string_view(word).substr(0, dash), text);
-    const std::uint64_t last = dash == std::string::npos
-                                   ? first
-                                   : seedOf(std::string_view(word).substr(dash + 1), text);
+    const std::uint64_t last =
+        dash == std::string::npos ? first : seedOf(std::string_view(word).substr(dash + 1), text);
     if (last < first || last - first >= kMostSeeds)
       throw ConfigError("seeds = " + text + ": a range of 1 to 10000 seeds is needed");
     for (std::uint64_t seed = first; seed <= last; ++seed) seeds.push_back(seed);
@@ -193,8 +192,7 @@ Experiment readExperiment(const fs::path& file, const std::vector<std::string>& 
                           const std::vector<std::string>& assignments)
 {
   mrpt_io::IniDocument document = mrpt_io::IniDocument::read(file);
-  for (const std::string& overlay : overlays)
-    document.overlay(mrpt_io::IniDocument::read(overlay));
+  for (const std::string& overlay : overlays) document.overlay(mrpt_io::IniDocument::read(overlay));
   for (const std::string& assignment : assignments) document.overlay(assignmentOf(assignment));
 
   Experiment experiment;

@@ -91,8 +91,8 @@ fs::path Planner::forestOf(const Group& group, const std::string& word)
   for (std::size_t begin = word.find(':'); begin != std::string::npos;)
   {
     const std::size_t end = word.find(':', begin + 1);
-    const auto number = core::parseNumber(
-        word.substr(begin + 1, end == std::string::npos ? end : end - begin - 1));
+    const auto number =
+        core::parseNumber(word.substr(begin + 1, end == std::string::npos ? end : end - begin - 1));
     if (!number || *number < 0.0) throw wrong();
     numbers.push_back(*number);
     begin = end;
@@ -109,8 +109,7 @@ fs::path Planner::forestOf(const Group& group, const std::string& word)
   try
   {
     fs::create_directories(file.parent_path());
-    report::writeFileAtomically(file,
-                                simulation::forestCsv(simulation::makeForest(forest, seed)));
+    report::writeFileAtomically(file, simulation::forestCsv(simulation::makeForest(forest, seed)));
   }
   catch (const std::invalid_argument& error)
   {

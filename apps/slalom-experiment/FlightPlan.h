@@ -13,12 +13,12 @@ namespace slalom::experiment
 /// One flight of slalom-fly.
 struct PlannedFlight
 {
-  std::string group, name;        ///< `name` is unique within the experiment: GROUP/WORLD-...-sN
-  std::string world;              ///< stem of the world's file
+  std::string group, name;  ///< `name` is unique within the experiment: GROUP/WORLD-...-sN
+  std::string world;        ///< stem of the world's file
   std::uint64_t seed = 0;
-  std::filesystem::path folder;   ///< of its output
+  std::filesystem::path folder;        ///< of its output
   std::vector<std::string> arguments;  ///< of slalom-fly, without -o
-  std::string key;                ///< fingerprint of all that decides what is flown
+  std::string key;                     ///< fingerprint of all that decides what is flown
 };
 
 /** All flights of the experiment, in order. Generated forests are written to `out`/worlds.

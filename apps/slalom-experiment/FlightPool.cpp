@@ -107,9 +107,8 @@ class Process
     {
     }
     memory_.close();
-    FlightRecord record{flight_->key,
-                        WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-                        seconds()};
+    FlightRecord record{
+        flight_->key, WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), seconds()};
     const nlohmann::ordered_json json{{"key", record.key},
                                       {"code", record.code},
                                       {"wall_s", record.wall_s},
@@ -133,7 +132,8 @@ class Process
 
 using Running = std::vector<std::unique_ptr<Process>>;
 
-/// Sleeps until a process ends, a signal comes, or it is time for a sample. @return those that ended
+/// Sleeps until a process ends, a signal comes, or it is time for a sample. @return those that
+/// ended
 std::vector<bool> waitForNews(const Running& running)
 {
   std::vector<pollfd> handles;
@@ -164,8 +164,7 @@ std::optional<FlightRecord> finishedFlight(const PlannedFlight& flight)
   }
   constexpr std::array kByItself{app::kDone, app::kGoalNotReached, app::kLimitViolated,
                                  app::kDeadlineMissed};
-  const bool ended =
-      std::find(kByItself.begin(), kByItself.end(), record.code) != kByItself.end();
+  const bool ended = std::find(kByItself.begin(), kByItself.end(), record.code) != kByItself.end();
   if (record.key != flight.key || !ended || !fs::exists(flight.folder / "metrics.json"))
     return std::nullopt;
   return record;

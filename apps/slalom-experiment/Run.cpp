@@ -55,6 +55,22 @@ std::map<std::string, double> shortestPaths(const fs::path& data, const General&
   return shortest;
 }
 
+fs::path folderOf(const fs::path& out)
+{
+  if (out.empty()) throw app::UsageError("--out: an output folder is needed");
+  return fs::absolute(out);
+}
+
+/// @throws UsageError if it cannot be
+void makeFolder(const fs::path& folder)
+{
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error || !fs::is_directory(folder))
+    throw app::UsageError("--out " + folder.string() + ": " +
+                          (error ? error.message() : std::string("not a folder")));
+}
+
 std::string commandOf(const Options& options)
 {
   std::string command = "slalom-experiment " + options.experiment;
@@ -72,13 +88,13 @@ class Campaign
       : options_(options),
         experiment_(readExperiment(experimentFile(options.experiment), options.common.configs,
                                    options.common.assignments)),
-        out_(fs::absolute(options.common.out)),
+        out_(folderOf(options.common.out)),
         program_(besideUs("slalom-fly"))
   {
-    if (options.common.out.empty()) throw app::UsageError("--out: an output folder is needed");
     if (!options.data.empty() && !fs::is_directory(options.data))
       throw app::UsageError("--data " + options.data.string() + ": no such folder");
     select();
+    makeFolder(out_);
     plan_ = planFlights(experiment_, out_,
                         options.data.empty() ? fs::path() : fs::absolute(options.data), program_);
   }
@@ -91,7 +107,6 @@ class Campaign
         std::cout << flight.name << (finishedFlight(flight) ? " (flown)" : "") << "\n";
       return app::kDone;
     }
-    fs::create_directories(out_);
     report::writeFileAtomically(out_ / "effective.ini", experiment_.effective);
     const bool complete = fly();
     return conclude(complete);
@@ -165,9 +180,9 @@ class Campaign
     report::writeFileAtomically(out_ / "table.md", tableMarkdown(results, out_));
     report::writeFileAtomically(out_ / "comparison.md", comparisonMarkdown(results));
     for (const Verdict& v : verdicts)
-      std::cout << toString(v.judgement) << ": " << (v.limit.text.empty() ? v.limit.name : v.limit.text)
-                << " (" << v.limit.must << ", is "
-                << (v.value ? std::to_string(*v.value) : std::string("unknown")) << ", "
+      std::cout << toString(v.judgement) << ": "
+                << (v.limit.text.empty() ? v.limit.name : v.limit.text) << " (" << v.limit.must
+                << ", is " << (v.value ? std::to_string(*v.value) : std::string("unknown")) << ", "
                 << v.measured << " of " << v.planned << " flights)\n";
     std::cout << summaryLine(results) << "; " << (out_ / "table.md").string() << "\n";
     if (!complete) return app::kInterrupted;

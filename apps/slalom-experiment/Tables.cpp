@@ -19,8 +19,8 @@ std::string shown(std::optional<double> value)
   char text[40];
   const double size = std::abs(*value);
   const int decimals = size >= 100.0 ? 1 : size >= 10.0 ? 2 : 3;
-  std::snprintf(text, sizeof text, "%.*f", *value == std::round(*value) && size < 1e9 ? 0 : decimals,
-                *value);
+  std::snprintf(text, sizeof text, "%.*f",
+                *value == std::round(*value) && size < 1e9 ? 0 : decimals, *value);
   return text;
 }
 
@@ -94,8 +94,8 @@ std::string groupTable(const Results& results)
     const auto of = [&](const std::string& metric)
     { return statisticOf(results.flights, group.name, metric, "mean", false); };
     const Statistic flown = of("success");
-    std::vector<std::string> cells{group.name, std::to_string(flown.measured) + " of " +
-                                                   std::to_string(flown.planned)};
+    std::vector<std::string> cells{
+        group.name, std::to_string(flown.measured) + " of " + std::to_string(flown.planned)};
     for (const std::string& column : columns) cells.push_back(shown(of(column).value));
     text += row(cells);
   }
@@ -176,9 +176,8 @@ std::string ownRow(const Results& results, const Group& group)
   const auto of = [&](const char* metric, const char* statistic, bool successes)
   { return statisticOf(results.flights, group.name, metric, statistic, successes); };
   const Statistic success = of("success", "sum", false);
-  const std::string reached = success.value ? shown(success.value) + "/" +
-                                                  std::to_string(success.measured)
-                                            : "-";
+  const std::string reached =
+      success.value ? shown(success.value) + "/" + std::to_string(success.measured) : "-";
   return row({"**Slalom, " + group.name + "**", "this run", reached,
               shown(of("planning_ms", "mean", false).value),
               shown(of("length_m", "mean", true).value), shown(of("length_m", "max", true).value),
@@ -232,8 +231,7 @@ std::string tableMarkdown(const Results& results, const fs::path& out)
 {
   const Experiment& experiment = results.experiment;
   std::string text = "# " + experiment.general.title + "\n\n`" + results.command + "` on " +
-                     hardware() + ".\n\n" + summaryLine(results) + ".\n\n" +
-                     verdictTable(results);
+                     hardware() + ".\n\n" + summaryLine(results) + ".\n\n" + verdictTable(results);
   if (!experiment.missing.empty())
     text += "\n## Not flown: the simulator cannot do it yet\n\n" + remarks(experiment.missing);
   return text + "\n## Groups\n\n" + groupTable(results) + "\n## Flights\n\n" +

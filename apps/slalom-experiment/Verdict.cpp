@@ -92,8 +92,8 @@ Statistic statisticOf(const std::vector<FlownFlight>& flights, const std::string
   std::vector<double> values;
   for (const FlownFlight& flight : flights)
   {
-    const bool mine = wanted.empty() || std::find(wanted.begin(), wanted.end(),
-                                                  flight.planned.group) != wanted.end();
+    const bool mine = wanted.empty() ||
+                      std::find(wanted.begin(), wanted.end(), flight.planned.group) != wanted.end();
     const bool asked =
         !successes_only || !flight.flown || flight.figure("success").value_or(0.0) > 0.5;
     if (!mine || !asked) continue;

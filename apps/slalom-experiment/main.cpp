@@ -7,11 +7,15 @@ int main(int argc, char** argv)
   slalom::experiment::Options options;
   return slalom::app::runProgram(
       argc, argv, "slalom-experiment",
-      "Flies an experiment: every flight that its INI file asks for, one process of slalom-fly each, "
+      "Flies an experiment: every flight that its INI file asks for, one process of slalom-fly "
+      "each, "
       "and writes table.md, table.csv and comparison.md with a verdict for each acceptance number. "
-      "A flight that is already there with the same settings and the same build is not flown again.\n"
-      "Exit codes: 0 all acceptance numbers met, nothing missing; 4 one is not met or not measured; "
-      "2 usage or configuration; 130 interrupted (the tables hold what was flown); 1 internal error",
+      "A flight that is already there with the same settings and the same build is not flown "
+      "again.\n"
+      "Exit codes: 0 all acceptance numbers met, nothing missing; 4 one is not met or not "
+      "measured; "
+      "2 usage or configuration; 130 interrupted (the tables hold what was flown); 1 internal "
+      "error",
       [&options](CLI::App& app)
       {
         app.add_option("experiment", options.experiment,
