@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /** What an experiment is: everything that its INI file says. Section and key names are those of
- * the structs; docs/experiments in configs/experiments/README.md shows them in use. */
+ * the structs; configs/experiments/README.md says what they are for. */
 #pragma once
 
 #include <filesystem>

@@ -123,7 +123,9 @@ class Reader
   {
     if (shortest) set("shortest_m", shortest);
     const auto length = get("length_m"), best = get("shortest_m"), r = get("reference_m");
-    if (length && best && *best > 0.0) set("ratio", *length / *best);
+    // Half a way is not a short one.
+    const bool arrived = get("success").value_or(0.0) > 0.5;
+    if (arrived && length && best && *best > 0.0) set("ratio", *length / *best);
     if (length && r && *r > 0.0) set("detour", *length / *r);
   }
 

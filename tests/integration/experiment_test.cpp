@@ -357,8 +357,9 @@ TEST_F(ExperimentTest, AContactIsNeverWhatWasExpected)
   std::string metrics = kMetrics;
   metrics.replace(metrics.find("\"contacts\": 0"), 13, "\"contacts\": 2");
   spill(planned.folder / "metrics.json", metrics);
-  const FlownFlight flight = readFlight(planned, {}, {"GOAL_REACHED"}, {});
+  const FlownFlight flight = readFlight(planned, {}, {"GOAL_REACHED"}, 20.0);
   EXPECT_EQ(flight.figure("success"), 0.0);
+  EXPECT_FALSE(flight.figure("ratio")) << "of a flight that did not succeed";
   EXPECT_EQ(flight.figure("expected"), 0.0);
   spill(planned.folder / "metrics.json", "{\"result\": ");
   EXPECT_THROW((void)readFlight(planned, {}, {}, {}), std::runtime_error);
