@@ -96,7 +96,8 @@ class FlightHarness
 
   static constexpr double kLag = 0.25;  ///< [s] of the vehicle's velocity behind the command
 
-  int azimuths = 240;  ///< rays per ring; a real VLP-16 has 1800
+  int azimuths = 240;   ///< rays per ring; a real VLP-16 has 1800
+  int cycle_steps = 5;  ///< hundredths of a second from one cycle to the next
 
   bool blind = false;  ///< a broken planner's eyes: every ray reaches its full range
 
@@ -126,7 +127,7 @@ class FlightHarness
     {
       const double t = k * kStep;
       sense(k);
-      if (k % 5 == 0)
+      if (k % cycle_steps == 0)
       {
         const core::CycleRecord cycle = decide(t);
         if (cycle.refined.cols() > 0)

@@ -39,6 +39,7 @@ struct Scene
   engine::Mission mission{Eigen::Vector3d(kLength, 0.0, 1.5)};
   bool fusion = false;
   double command_delay_s = 0.0;
+  int cycle_steps = 5;  // hundredths of a second
   double time_limit_s = 30.0;
 
   std::atomic<double> t{0.0};  // flight time; workers look at it
@@ -192,6 +193,17 @@ std::vector<Fault> stateFaults()
                                  });
        },
        kStops, kGivesUp, 3.0},
+      {"pose 3 s ahead of its time", "once",
+       [](Scene& s)
+       {
+         onSensor<core::PoseFix>(s, kForEver,
+                                 [told = std::make_shared<bool>(false)](core::PoseFix& fix)
+                                 {
+                                   if (!std::exchange(*told, true)) fix.t += 3.0;
+                                   return true;
+                                 });
+       },
+       kStopsAndGoesOn, kArrives, 2.5},
   };
 }
 
@@ -235,9 +247,11 @@ std::vector<Fault> sensorFaults()
        kStops,
        {EngineStatus::Navigating},
        3.5},
-      {"scans mirrored", "for ever",
+      {"scans mirrored",
+       "for ever",
        [](Scene& s)
        {
+         s.config.mission.blocked_timeout_s = 3.0;
          onSensor<core::RangeScan>(s, kForEver,
                                    [](core::RangeScan& scan)
                                    {
@@ -245,7 +259,9 @@ std::vector<Fault> sensorFaults()
                                      return true;
                                    });
        },
-       kStops, kGivesUp, 3.5},
+       {"SAFE_STOP", "UNREACHABLE"},
+       {EngineStatus::Unreachable},
+       3.5},
   };
 }
 
@@ -320,6 +336,12 @@ std::vector<Fault> outerFaults()
                     {"GOAL_REACHED"},
                     kArrives});
   }
+  for (const int hundredths : {20, 50, 100})
+    rows.push_back({"host asks every " + std::to_string(10 * hundredths) + " ms",
+                    "always",
+                    [hundredths](Scene& s) { s.cycle_steps = hundredths; },
+                    {},
+                    kAny});
   rows.push_back({"goal moved into a trunk",
                   "once",
                   [](Scene& s)
@@ -391,6 +413,7 @@ Outcome fly(const Fault& fault)
   harness.azimuths = 90;
   harness.fusion = scene.fusion;
   harness.command_delay_s = scene.command_delay_s;
+  harness.cycle_steps = scene.cycle_steps;
   harness.faults = scene.faults;
   harness.faults.world = [&](double t, const Eigen::Vector3d& p)
   {
@@ -491,6 +514,80 @@ std::string testName(const testing::TestParamInfo<Fault>& info)
   for (char& c : name)
     if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
   return name;
+}
+
+/// Nothing is wrong when the host changes its mind, and what nothing is wrong with goes unchanged.
+TEST(Gate, DoesNotTouchTheCommandsOfAnEagerHost)
+{
+  const test::AnalyticField open({test::VerticalCylinder{{5.0, 9.0}, 0.3}});
+  for (const double delay : {0.0, 0.15})
+  {
+    SCOPED_TRACE(delay);
+    engine::EngineConfig config = test::flightConfig();
+    config.vehicle.command_delay_s = delay;
+    FlightHarness harness(open, config);
+    harness.azimuths = 90;
+    harness.command_delay_s = delay;
+    core::Rng rng(3);
+    double next = 1.5;
+    harness.faults.host = [&](double t, engine::Engine& engine)
+    {
+      if (t < next) return true;
+      next = t + rng.uniform(0.3, 2.0);
+      if (rng.uniform(0.0, 1.0) < 0.3)
+        engine.clearMission();
+      else
+        engine.setMission({Eigen::Vector3d(rng.uniform(-4.0, 4.0), rng.uniform(-4.0, 4.0), 1.5)});
+      return true;
+    };
+    harness.over = [](double t, EngineStatus) { return t > 20.0; };
+    const test::FlightOutcome outcome = harness.fly(kStart, {Eigen::Vector3d(4.0, 0.0, 1.5)}, 21.0);
+    for (const auto& [reason, count] : outcome.statistics.gate)
+      ADD_FAILURE() << reason << ", " << count << " times";
+    EXPECT_EQ(outcome.statistics.safe_stops, 0u);
+  }
+}
+
+TEST(Standstill, IsNotWhatADelayOfCommandsLooksLike)
+{
+  const test::AnalyticField open({test::VerticalCylinder{{5.0, 9.0}, 0.3}});
+  engine::EngineConfig config = test::flightConfig();
+  config.vehicle.max_speed_mps = 3.0;
+  config.vehicle.max_acceleration_mps2 = 6.0;
+  config.vehicle.command_delay_s = 0.4;
+  FlightHarness harness(open, config);
+  harness.azimuths = 90;
+  harness.command_delay_s = 0.4;
+  harness.listener = [](const core::CycleRecord& cycle, const Eigen::Vector3d&)
+  { EXPECT_EQ(cycle.reason.find("does not follow"), std::string::npos) << cycle.t; };
+  const auto outcome = harness.fly(kStart, {Eigen::Vector3d(kLength, 0.0, 1.5)}, 20.0);
+  EXPECT_EQ(outcome.status, EngineStatus::GoalReached);
+}
+
+/// What a pilot does with a suspended vehicle is not the wind's doing.
+TEST(Suspended, NothingIsLearnedFromThePilot)
+{
+  const test::AnalyticField open({test::VerticalCylinder{{5.0, 9.0}, 0.3}});
+  double now = 0.0, most = 0.0;  // [m/s^2] that the resumed planner takes for wind
+  engine::StepHooks hooks;
+  hooks.local = [&](local_planner::LocalPlannerInput& input)
+  {
+    if (now > 8.0) most = std::max(most, input.disturbance_W.norm());
+  };
+  FlightHarness harness(open, test::flightConfig(), hooks);
+  harness.azimuths = 90;
+  harness.faults.host = [&now](double t, engine::Engine&)
+  {
+    now = t;
+    return !(t > 3.0 && t < 8.0);
+  };
+  harness.faults.command = [](double t, core::VelocityCommand& command)
+  {
+    if (t > 3.0 && t < 8.0) command.v_W = Eigen::Vector3d(0.0, t < 7.5 ? -1.0 : 0.0, 0.0);
+  };
+  const auto outcome = harness.fly(kStart, {Eigen::Vector3d(kLength, 0.0, 1.5)}, 30.0);
+  EXPECT_EQ(outcome.status, EngineStatus::GoalReached);
+  EXPECT_LT(most, 0.3) << "there is no wind";
 }
 
 INSTANTIATE_TEST_SUITE_P(Matrix, Faults, testing::ValuesIn(matrix()), testName);

@@ -43,14 +43,14 @@ core::VelocityCommand Engine::Impl::run(Cycle& cycle)
   if (!state)
   {
     status = EngineStatus::WaitingForState;
-    return stop(record, "no state estimate yet (" + source.name() + ")");
+    return stop(cycle, "no state estimate yet (" + source.name() + ")");
   }
   record.state = *state;
-  record.has_state = true;
   predictor.observe(*state);
   const bool obeys = cycle.drive && flight && !config.rates.open_loop;
-  standstill.update(*state, last_command, obeys ? cycle.dt : 0.0);
+  standstill.update(*state, predictor.inEffect(record.t), obeys ? cycle.dt : 0.0);
   cycle.ahead = predictor.at(*state, predictor.effectOf(record.t));
+  record.has_state = true;
   std::string refusal;
   if (waiting_mission && source.onlyAssumed())
     refusal = "no position source: a mission cannot be flown";
@@ -65,14 +65,15 @@ core::VelocityCommand Engine::Impl::run(Cycle& cycle)
   }
   const core::VelocityCommand wanted = flight && cycle.drive
                                            ? plan(cycle)
-                                           : stop(record, flight            ? "suspended"
-                                                          : refusal.empty() ? "no mission"
-                                                                            : refusal);
+                                           : stop(cycle, flight            ? "suspended"
+                                                         : refusal.empty() ? "no mission"
+                                                                           : refusal);
   constexpr double kMeasurable = 0.01;
   record.verified_stop =
-      state->v_W.norm() < kAtRest_mps ||
+      !flight || state->v_W.norm() < kAtRest_mps ||
       (record.committed.cols() > 0 && refinements.explanation().stop_excess <= kMeasurable);
-  const bool could_go = cycle.drive && (record.refined.cols() > 0 || standstill.stuck());
+  const bool could_go =
+      cycle.drive && (record.refined.cols() > 0 || standstill.stuck() || scan_refused);
   status = flight ? judge.judge(*flight, refinements, onReference(), record, cycle.dt, could_go)
                   : EngineStatus::NoMission;
   if (flight && cycle.drive && cycle.unsafe.empty()) cycle.unsafe = doubt(record);
@@ -118,12 +119,14 @@ core::VelocityCommand Engine::Impl::plan(Cycle& cycle)
   local_planner::LocalPlannerInput input;
   input.state = cycle.ahead;
   input.last_command = last_command;
+  input.elapsed_s = sinceLastCommand(cycle);
   input.deadline = localDeadline(cycle);
   input.disturbance_W = predictor.disturbance();
   input.movers = record.movers;
-  Hold hold = handOver({config, *flight, refinements, source, currentMap(), record.t,
-                        record.state.t, standstill.stuck()},
-                       input);
+  Hold hold =
+      handOver({config, *flight, refinements, source, currentMap(), record.t, record.state.t,
+                standstill.stuck(), scan_refused, pipeline.latestMap() != nullptr},
+               input);
   if (input.reference)
   {
     clock.advance(cycle.dt, *input.reference, *input.law, input.state.p_L);
@@ -151,19 +154,26 @@ core::VelocityCommand Engine::Impl::plan(Cycle& cycle)
 }
 
 /// Brings a moving command down within the vehicle's limits; without one, stands still.
-core::VelocityCommand Engine::Impl::stop(core::CycleRecord& record, std::string reason)
+core::VelocityCommand Engine::Impl::stop(Cycle& cycle, std::string reason)
 {
-  record.reason = std::move(reason);
+  cycle.record.reason = std::move(reason);
   if (last_command.v_W.norm() == 0.0 && last_command.yaw_rate == 0.0) return {};
   local_planner::LocalPlannerInput input;
-  input.state = record.state;
+  input.state = cycle.ahead;
   input.last_command = last_command;
+  input.elapsed_s = sinceLastCommand(cycle);
   return local.step(input).command;
+}
+
+/// Over how long the command may change [s]; planner and gate must agree on it.
+double Engine::Impl::sinceLastCommand(const Cycle& cycle) const
+{
+  return cycle.dt > 0.0 ? cycle.dt : config.rates.local_period_s;
 }
 
 void Engine::Impl::describe(core::CycleRecord& record) const
 {
-  if (const auto map = pipeline.latestMap())
+  if (const auto map = currentMap())
   {
     record.field = map->field;
     record.map_sequence = map->field->sequence();
@@ -217,7 +227,7 @@ void Engine::setMission(const Mission& mission)
   impl_->waiting_mission = mission;
   impl_->standstill.restart();
   // The host's word that the world is to be believed again.
-  if (std::exchange(impl_->scan_refused, false)) impl_->forget_map = true;
+  if (std::exchange(impl_->scan_refused, false)) ++impl_->map_frame;
 }
 
 void Engine::clearMission()
@@ -241,6 +251,7 @@ core::CycleRecord Engine::step(double t, bool drive)
   Impl& me = *impl_;
   const Stopwatch watch;
   core::CycleRecord record;
+  if (!std::isfinite(t)) t = me.last_t.value_or(0.0);
   record.index = me.statistics.cycles++;
   record.t = t;
   const double dt = std::max(0.0, t - me.last_t.value_or(t));
@@ -259,8 +270,16 @@ core::CycleRecord Engine::step(double t, bool drive)
     cycle.unsafe = record.reason;
     ++me.statistics.dropped["cycle: internal error"];
   }
-  me.release(cycle, wanted);
-  me.finish(cycle);
+  try
+  {
+    me.release(cycle, wanted);
+    me.finish(cycle);
+  }
+  catch (const std::exception& error)  // no memory left
+  {
+    record.command = me.last_command = {};
+    record.reason = error.what();
+  }
   return record;
 }
 

@@ -73,6 +73,20 @@ void check(const EngineConfig& config)
           config.safety.unknown == core::UnknownAs::Free,
       "safety.unknown = occupied contradicts global_planner.unknown = free: the gate would stop "
       "what the planner plans");
+  const auto& safety = config.safety;
+  require(
+      (safety.fenceMin().array() < safety.fenceMax().array()).all(),
+      "safety.fence_min_x_m, .._y_m, .._z_m = " + text(safety.fence_min_x_m) + ", " +
+          text(safety.fence_min_y_m) + ", " + text(safety.fence_min_z_m) +
+          " must be below safety.fence_max_x_m, .._y_m, .._z_m = " + text(safety.fence_max_x_m) +
+          ", " + text(safety.fence_max_y_m) + ", " + text(safety.fence_max_z_m));
+  require(safety.plan_timeout_s > config.rates.global_period_s,
+          "safety.plan_timeout_s = " + text(safety.plan_timeout_s) +
+              " must exceed engine.global_period_s = " + text(config.rates.global_period_s) +
+              ", or every plan is too old before the next one comes");
+  require(config.tracking.min_range_m < config.tracking.range_m,
+          "tracking.min_range_m = " + text(config.tracking.min_range_m) +
+              " must be below range_m = " + text(config.tracking.range_m));
   require(map.min_range_m < map.update_range_m,
           "mapping.min_range_m = " + text(map.min_range_m) +
               " must be below update_range_m = " + text(map.update_range_m));

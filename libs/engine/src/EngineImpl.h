@@ -89,7 +89,8 @@ struct Engine::Impl
   [[nodiscard]] std::string doubt(const core::CycleRecord& record) const;
   [[nodiscard]] core::Deadline localDeadline(const Cycle& cycle) const;
   [[nodiscard]] Eigen::Vector3d pointDue(double t, const Eigen::Vector3d& point_of_effect_L);
-  [[nodiscard]] core::VelocityCommand stop(core::CycleRecord& record, std::string reason);
+  [[nodiscard]] core::VelocityCommand stop(Cycle& cycle, std::string reason);
+  [[nodiscard]] double sinceLastCommand(const Cycle& cycle) const;
   void describe(core::CycleRecord& record) const;
   void finish(const Cycle& cycle);
   /// @}
@@ -106,7 +107,6 @@ struct Engine::Impl
   MotionPredictor predictor;
   safety::OutputGate gate;
   safety::StopPath relied_stop;  // the plan by which the vehicle could stop after its last command
-  double relied_age_s = 0.0;     // by how much it is older than its first point
   std::deque<std::pair<double, Eigen::Vector3d>>
       due;  // points of the plan, by their time of effect
   StandstillWatch standstill;
@@ -119,9 +119,8 @@ struct Engine::Impl
   std::uint64_t missions = 0;
 
   std::uint64_t seen_epoch = 0;
-  bool forget_map = false;
-  bool scan_refused = false;   // the newest scan contradicted the map
-  std::uint64_t void_map = 0;  // maps up to this one belong to an old frame
+  bool scan_refused = false;    // the newest scan contradicted the map
+  std::uint64_t map_frame = 0;  // maps of any other frame are void
   std::uint64_t seen_map = 0;
   std::optional<double> last_t;
   core::VelocityCommand last_command;

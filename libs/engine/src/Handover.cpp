@@ -13,6 +13,8 @@ Hold handOver(const Situation& now, local_planner::LocalPlannerInput& input)
     return {Kind::Wanted, "goal occupied: rejected"};
   if (now.source.deadReckoning())
     return {Kind::Safety, "neither position nor velocity for too long: brake"};
+  if (now.source.newest() - now.t > safety.state_timeout_s)
+    return {Kind::Safety, "the state is dated ahead of the clock: brake"};
   if (now.t - now.state_t > safety.state_timeout_s) return {Kind::Safety, "state too old: brake"};
 
   if (now.stuck) return {Kind::Safety, "the position does not follow the commands: brake"};
@@ -26,7 +28,7 @@ Hold handOver(const Situation& now, local_planner::LocalPlannerInput& input)
     input.law = {refined, &refined->law};
     return {};
   }
-  if (!now.map && !rates.require_map)
+  if (!now.mapped && !rates.require_map)
   {
     input.reference = now.flight.reference_L;
     input.law = now.flight.law;
@@ -34,7 +36,7 @@ Hold handOver(const Situation& now, local_planner::LocalPlannerInput& input)
   }
   if (!now.map) return {Kind::Waiting, "no map yet: brake"};
   if (map_is_fresh) return {Kind::Waiting, "no refined reference yet: brake"};
-  return {Kind::Safety, "map too old: brake"};
+  return {Kind::Safety, now.refused ? "the scans contradict the map: brake" : "map too old: brake"};
 }
 
 }  // namespace slalom::engine

@@ -37,6 +37,8 @@ struct Situation
   double t;                              ///< [s] now
   double state_t;                        ///< [s] of the newest estimate
   bool stuck;                            ///< it does not move although it is told to
+  bool refused;                          ///< the newest scan contradicts the map
+  bool mapped;                           ///< there has been a map, if only of another frame
 };
 
 /** Chooses what the local planner follows, and in which map: fills field, reference and law of

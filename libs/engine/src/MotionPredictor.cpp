@@ -64,6 +64,13 @@ core::Motion MotionPredictor::moved(core::Motion motion, double from, double to)
   return motion;
 }
 
+core::VelocityCommand MotionPredictor::inEffect(double t) const
+{
+  for (auto sent = sent_.rbegin(); sent != sent_.rend(); ++sent)
+    if (sent->effect_t <= t) return sent->command;
+  return {};
+}
+
 core::VehicleState MotionPredictor::at(const core::VehicleState& state, double t) const
 {
   if (!(t > state.t) || !finite(state)) return state;

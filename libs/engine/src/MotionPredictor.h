@@ -33,6 +33,8 @@ class MotionPredictor
 
   /// When a command that is decided at t takes effect [s].
   [[nodiscard]] double effectOf(double t) const { return t + vehicle_.command_delay_s; }
+  /// The command that the vehicle obeys at t [s]; zero while none is known.
+  [[nodiscard]] core::VelocityCommand inEffect(double t) const;
   /** The state at time t [s]: `state` moved on under the commands in effect from state.t on.
    * `state` itself if it is not older than t. Attitude turns about the vertical only; the
    * covariance stays.

@@ -9,19 +9,19 @@ namespace slalom::engine
 std::shared_ptr<const MapResult> Engine::Impl::currentMap() const
 {
   auto map = pipeline.latestMap();
-  return map && map->count > void_map ? map : nullptr;
+  return map && map->frame == map_frame ? map : nullptr;
 }
 
 /// The local frame began anew: whatever was expressed in the old one is void.
 void Engine::Impl::beginNewFrame()
 {
-  forget_map = true;
-  if (const auto map = pipeline.latestMap()) void_map = map->count;
+  ++map_frame;
   if (flight) flight->number = ++missions;  // refinements under way belong to the old frame
   if (refinements.refined()) clock.restart(refinements.refined()->referenceTime(clock.progress()));
   refinements.forgetFrame();
   local.reset();
   due.clear();
+  relied_stop = {};
   if (const auto state = source.state(source.newest()); state && flight)
     flight->moveTo(state->p_L - state->p_W);
 }
@@ -31,10 +31,15 @@ void Engine::Impl::mapPending(double t)
   if (std::exchange(seen_epoch, source.frameEpoch()) != source.frameEpoch()) beginNewFrame();
   for (MapJob& job : scans.take(source, t, statistics.dropped))
   {
-    job.forget = std::exchange(forget_map, false);
+    job.frame = map_frame;
     ++statistics.scans;
+    if (source.newest() - t > config.safety.state_timeout_s)
+    {
+      ++statistics.dropped["scan: state ahead of the clock"];
+      continue;
+    }
     // Not fused, the map grows old, and the vehicle waits until sensor and map agree again.
-    const auto map = job.forget ? nullptr : currentMap();
+    const auto map = currentMap();
     scan_refused = map && contradicts(job, *map->field);
     if (scan_refused)
     {

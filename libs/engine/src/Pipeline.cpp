@@ -42,8 +42,13 @@ void Pipeline::runMap(const MapJob& job)
   try
   {
     if (hooks_.map) hooks_.map();
-    if (job.forget) mapper_.reset();
-    if (job.forget && movers_) movers_->reset();
+    // The scan that began the frame may have been lost: any of the frame's will do.
+    if (job.frame != frame_)
+    {
+      mapper_.reset();
+      if (movers_) movers_->reset();
+      frame_ = job.frame;
+    }
     tracking::TrackerOutput moving;
     const std::span<const core::Ray> echoes(job.rays.data(), job.echoes);
     if (movers_) moving = movers_->update(job.t, job.p_L, echoes, mapper_.snapshot().get());
@@ -53,7 +58,7 @@ void Pipeline::runMap(const MapJob& job)
         mapper_.integrate(job.t, job.p_L, job.rays, {moving.on_mover, moving.ghosts});
     maps_.publish(std::make_shared<const MapResult>(
         MapResult{mapper_.snapshot(), std::move(moving.movers), watch.seconds(), update.transform_s,
-                  ++map_count_}));
+                  ++map_count_, frame_}));
   }
   catch (const std::exception&)
   {

@@ -27,9 +27,8 @@ struct MapJob
   double t = 0.0;  ///< [s] end of the scan
   Eigen::Vector3d p_L = Eigen::Vector3d::Zero();
   std::vector<core::Ray> rays;
-  std::size_t echoes =
-      0;                ///< so many of the rays end on something; the others only show free space
-  bool forget = false;  ///< the local frame began anew: everything mapped before is void
+  std::size_t echoes = 0;   ///< so many of the rays end on something, the others show free space
+  std::uint64_t frame = 0;  ///< of the local frame: what was mapped in another one is void
 };
 
 /// Newest map and how long it took.
@@ -39,6 +38,7 @@ struct MapResult
   std::vector<core::MovingObstacle> movers;  ///< not in the field
   double wall_s = 0.0, transform_s = 0.0;
   std::uint64_t count = 0;  ///< map steps so far
+  std::uint64_t frame = 0;  ///< of the scan's MapJob
 };
 
 /// One request to the global planner.
@@ -152,6 +152,7 @@ class Pipeline
   core::Published<GlobalResult> refinements_;
   std::atomic<std::uint64_t> failures_{0};
   std::uint64_t map_count_ = 0, refine_count_ = 0;
+  std::uint64_t frame_ = 0;  // of what is mapped
   std::unique_ptr<Worker<MapJob>> map_worker_;
   std::unique_ptr<Worker<GlobalJob>> refine_worker_;
 };

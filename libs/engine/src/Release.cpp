@@ -19,6 +19,7 @@ safety::StopPath Engine::Impl::plannedStop() const
 {
   safety::StopPath path;
   path.step_s = kStopStep_s;
+  path.begins_s = config.vehicle.command_delay_s;  // the clock lives at the time of effect
   const auto& refined = refinements.refined();
   if (!refined) return path;
   const spline::TimeLaw& law = refined->law;
@@ -37,12 +38,9 @@ safety::StopPath Engine::Impl::plannedStop() const
 /// The plan that the last command relied on, as seen from now.
 void Engine::Impl::ageReliedStop(double dt)
 {
-  relied_age_s += dt;
-  const auto steps = static_cast<std::size_t>(relied_age_s / kStopStep_s);
-  relied_age_s -= static_cast<double>(steps) * kStopStep_s;
-  const std::size_t gone = std::min(steps, relied_stop.p_L.size());
-  for (auto* points : {&relied_stop.p_L, &relied_stop.v_L})
-    points->erase(points->begin(), points->begin() + static_cast<std::ptrdiff_t>(gone));
+  relied_stop.begins_s -= dt;
+  const double length_s = kStopStep_s * static_cast<double>(relied_stop.p_L.size());
+  if (relied_stop.begins_s < -length_s) relied_stop = {};
 }
 
 /** The one way out: every command of every cycle passes here, whoever decided it, and the output
@@ -58,15 +56,15 @@ void Engine::Impl::release(Cycle& cycle, const core::VelocityCommand& wanted)
   safety::GateInput input;
   input.t = record.t;
   input.state = cycle.ahead;
-  input.state_age_s = record.has_state ? record.t - source.newest() : kNever;
+  input.state_age_s = record.has_state ? std::abs(record.t - source.newest()) : kNever;
   input.map_age_s = map ? record.t - map->field->stamp() : kNever;
   input.plan_age_s = refinements.refined() ? refinements.age(record.t) : kNever;
-  input.needs_map = config.rates.require_map || map;
+  input.needs_map = config.rates.require_map || pipeline.latestMap();
   if (map) input.field = map->field;
   input.movers = record.movers;
   input.wanted = wanted;
   input.last = last_command;
-  input.dt = cycle.dt > 0.0 ? cycle.dt : config.rates.local_period_s;
+  input.dt = sinceLastCommand(cycle);
   input.hold_s = config.rates.local_period_s;
   if (!planned.p_L.empty()) input.plan = &planned;
   if (!relied_stop.p_L.empty()) input.kept_plan = &relied_stop;
@@ -74,7 +72,7 @@ void Engine::Impl::release(Cycle& cycle, const core::VelocityCommand& wanted)
                       last_command.yaw_rate == 0.0;
   const safety::GateOutput output = stands ? safety::GateOutput{} : gate.pass(input);
 
-  if (output.stop_plan == &planned) relied_stop = planned, relied_age_s = 0.0;
+  if (output.stop_plan == &planned) relied_stop = planned;
   record.command = output.command;
   record.gate.stop_margin_m = output.stop_margin_m;
   if (output.intervention != safety::Intervention::None)
@@ -82,13 +80,16 @@ void Engine::Impl::release(Cycle& cycle, const core::VelocityCommand& wanted)
     record.gate.intervention = toString(output.intervention);
     ++statistics.gate[record.gate.intervention];
   }
-  if (cycle.unsafe.empty() && output.intervention != safety::Intervention::Limits)
-    cycle.unsafe = output.reason;
+  if (output.intervention != safety::Intervention::Limits && !output.reason.empty())
+  {
+    if (cycle.unsafe.empty()) cycle.unsafe = output.reason;
+    record.reason += "; gate: " + output.reason;
+  }
   last_command = record.command;
-  if (flight && !config.rates.open_loop)
+  if (flight && cycle.drive && !config.rates.open_loop)
     predictor.sent(record.t, record.command);
   else
-    predictor.forget();  // without a mission the vehicle is somebody else's
+    predictor.forget();  // without a mission, or suspended, the vehicle is somebody else's
 }
 
 }  // namespace slalom::engine

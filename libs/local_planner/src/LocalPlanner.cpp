@@ -111,7 +111,7 @@ struct LocalPlanner::Impl
     LocalPlannerOutput output;
   };
 
-  double sinceLastStep(double t);
+  double sinceLastCommand(const LocalPlannerInput& input);
   [[nodiscard]] Plan guess(const Tick& tick, const HorizonReference& reference) const;
   [[nodiscard]] std::optional<Plan> plannedOn(const Tick& tick) const;
   bool solve(Tick& tick, const HorizonReference& reference);
@@ -153,9 +153,11 @@ LocalPlanner::Impl::Impl(const LocalPlannerConfig& given, const core::Vehicle& l
 
 /// The time over which a change of command is spread; never longer than one stage, so that a late
 /// step does not make the command jump.
-double LocalPlanner::Impl::sinceLastStep(double t)
+double LocalPlanner::Impl::sinceLastCommand(const LocalPlannerInput& input)
 {
-  const double elapsed = last_t && std::isfinite(t) ? t - *last_t : config.step_s;
+  const double t = input.state.t;
+  double elapsed = last_t && std::isfinite(t) ? t - *last_t : config.step_s;
+  if (input.elapsed_s > 0.0) elapsed = input.elapsed_s;
   if (std::isfinite(t)) last_t = t;
   return elapsed > 1e-3 ? std::min(elapsed, config.step_s) : config.step_s;
 }
@@ -301,7 +303,7 @@ LocalPlannerOutput LocalPlanner::Impl::step(const LocalPlannerInput& input)
 {
   Tick tick{input,
             detail::trustedLast(input.last_command, input.state.v_W, vehicle),
-            sinceLastStep(input.state.t),
+            sinceLastCommand(input),
             {vehicle, config.step_s, input.disturbance_W},
             detail::motionOf(input.state),
             {}};

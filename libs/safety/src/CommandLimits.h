@@ -9,6 +9,9 @@
 
 namespace slalom::safety::detail
 {
+/// A late step does not make the command jump: change is never counted over more than this.
+constexpr double kLongestTick = 0.2;  // [s]
+
 /// The command that counts as the last one: `last` inside the speed limits; where it is not finite
 /// the measured velocity, and failing that, rest.
 [[nodiscard]] core::VelocityCommand trustedLast(const core::VelocityCommand& last,

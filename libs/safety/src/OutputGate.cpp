@@ -18,7 +18,6 @@ using detail::Cause;
 using detail::StopCheck;
 using detail::Verdict;
 
-constexpr double kLongestTick = 0.2;  // [s] a late step does not make the command jump
 constexpr double kSame = 1e-6;        // [m/s] commands that differ less count as the same
 constexpr int kHalvings = 3;
 
@@ -120,7 +119,7 @@ void Pass::fence()
     target[i] = detail::insideFence(
         target[i], {p_W[i], check.begin().v[i], config.fenceMin()[i], config.fenceMax()[i],
                     brake[i], check.hold(), vehicle.velocity_lag_s, config.lag_reserve_s,
-                    vehicle.max_acceleration_mps2});
+                    check.deceleration()});
 }
 
 void Pass::keepStop(bool trusted)
@@ -270,7 +269,7 @@ GateOutput OutputGate::pass(const GateInput& input) const
   Pass pass{input, config_, vehicle_, detail::trustedLast(input.last, input.state.v_W, vehicle_),
             0.0,   {},      {},       {}};
   // Written so that what is not a number counts as 0.
-  const double dt = input.dt > 0.0 ? std::min(input.dt, kLongestTick) : 0.0;
+  const double dt = input.dt > 0.0 ? std::min(input.dt, detail::kLongestTick) : 0.0;
   pass.change = vehicle_.max_acceleration_mps2 * dt;
   pass.brake = detail::braked(pass.last.v_W, pass.change);
 

@@ -10,7 +10,7 @@ namespace slalom::safety::detail
 {
 namespace
 {
-constexpr double kShortestHold = 0.02, kLongestHold = 0.5;  // [s]
+constexpr double kShortestHold = 0.02, kLongestHold = 1.0;  // [s]
 constexpr double kLongestLead = 1.0;                        // [s]
 constexpr double kRounding = 1e-9;                          // [m]
 constexpr int kMostBrakeSteps = 200, kMostFollowSteps = 400;
@@ -38,12 +38,13 @@ StopCheck::Flight beginOf(const GateInput& input, const core::Vehicle& vehicle,
 bool wellFormed(const StopPath* plan)
 {
   return plan && plan->p_L.size() >= 2 && plan->v_L.size() == plan->p_L.size() &&
-         plan->step_s >= 1e-3 && plan->step_s <= 10.0;
+         plan->step_s >= 1e-3 && plan->step_s <= 10.0 && std::isfinite(plan->begins_s);
 }
 
-double durationOf(const StopPath& plan)
+/// From now [s].
+double endOf(const StopPath& plan)
 {
-  return static_cast<double>(plan.p_L.size() - 1) * plan.step_s;
+  return plan.begins_s + static_cast<double>(plan.p_L.size() - 1) * plan.step_s;
 }
 
 Eigen::Vector3d at(const std::vector<Eigen::Vector3d>& values, double index)
@@ -64,6 +65,7 @@ StopCheck::StopCheck(const GateInput& input, const SafetyConfig& config,
       lag_reserve_s_(config.lag_reserve_s),
       graze_m_(config.graze_m),
       hold_s_(holdOf(input, vehicle)),
+      change_(vehicle.max_acceleration_mps2 * std::min(hold_s_, kLongestTick)),
       response_(core::VelocityResponse::over(hold_s_, vehicle.velocity_lag_s)),
       begin_(beginOf(input, vehicle, last)),
       surroundings_(input, config, vehicle, field, begin_.p, begin_.tau)
@@ -106,7 +108,7 @@ bool StopCheck::stopsInRoom(const Flight& flight, double late, Sweep& sweep) con
 {
   const double room = surroundings_.room(flight.p, sweep);
   if (room < 0.0) return false;
-  const Eigen::Vector3d reach = 0.5 / vehicle_.max_acceleration_mps2 * flight.u.cwiseAbs2() +
+  const Eigen::Vector3d reach = 0.5 / deceleration() * flight.u.cwiseAbs2() +
                                 vehicle_.velocity_lag_s * flight.v.cwiseAbs();
   const double left = room - reach.norm() - late;
   if (left < 0.0) return false;
@@ -117,13 +119,12 @@ bool StopCheck::stopsInRoom(const Flight& flight, double late, Sweep& sweep) con
 void StopCheck::brakeToRest(Flight flight, const Eigen::Vector3d& from, double give_up_below,
                             Sweep& sweep) const
 {
-  const double change = vehicle_.max_acceleration_mps2 * hold_s_;
   const double most_late =
       from.isZero(0.0) ? 0.0 : lag_reserve_s_ * (from.norm() + flight.v.norm() + flight.u.norm());
   while (!flight.u.isZero(0.0))
   {
     if (stopsInRoom(flight, most_late, sweep)) return;
-    Piece piece = fly(flight, braked(flight.u, change));
+    Piece piece = fly(flight, braked(flight.u, change_));
     piece.hull.col(3) += lateness(from, flight.v);
     piece.hull.col(2) = piece.end;
     surroundings_.pass(piece, sweep);
@@ -145,11 +146,11 @@ void StopCheck::brakeToRest(Flight flight, const Eigen::Vector3d& from, double g
 Eigen::Vector3d StopCheck::track(const StopPath& plan, const Flight& flight) const
 {
   const double lag = vehicle_.velocity_lag_s, gain = lag > 0.2 ? 0.5 / lag : 2.5;
-  const double now = flight.tau / plan.step_s, ahead = hold_s_ / plan.step_s;
+  const double now = (flight.tau - plan.begins_s) / plan.step_s, ahead = hold_s_ / plan.step_s;
   const Eigen::Vector3d before = at(plan.v_L, now), after = at(plan.v_L, now + ahead);
   const Eigen::Vector3d u = 0.5 * (before + after) + lag / hold_s_ * (after - before) +
                             gain * (at(plan.p_L, now) - flight.p);
-  return limited(u, flight.u, vehicle_.max_acceleration_mps2 * hold_s_, vehicle_);
+  return limited(u, flight.u, change_, vehicle_);
 }
 
 Eigen::Vector3d StopCheck::follow(const StopPath& plan) const
@@ -161,7 +162,7 @@ void StopCheck::followToRest(Flight flight, const StopPath& plan, const Piece& h
                              double give_up_below, Sweep& sweep) const
 {
   Piece piece = held;
-  const double end = durationOf(plan);
+  const double end = endOf(plan);
   // Asked anew in every step, so that the next pass of the gate finds what this one relies on.
   const auto stopsHere = [&]
   {

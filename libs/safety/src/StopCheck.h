@@ -49,6 +49,8 @@ class StopCheck
   };
   [[nodiscard]] const Flight& begin() const { return begin_; }
   [[nodiscard]] double hold() const { return hold_s_; }
+  /// [m/s^2] With commands that are held longer than a change may count over, less than the limit.
+  [[nodiscard]] double deceleration() const { return change_ / hold_s_; }
 
  private:
   [[nodiscard]] Piece fly(Flight& flight, const Eigen::Vector3d& command) const;
@@ -65,6 +67,7 @@ class StopCheck
   const GateInput& input_;
   const core::Vehicle& vehicle_;
   double lag_reserve_s_, graze_m_, hold_s_;
+  double change_;  // [m/s] of the command per hold
   core::VelocityResponse response_;
   Flight begin_;
   Surroundings surroundings_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <stdexcept>
 
 #include "Pipeline.h"
 #include "ReferenceClock.h"
@@ -100,6 +101,50 @@ TEST(Worker, DropsTheOldestWhenItIsLate)
   worker.drain();
   EXPECT_GE(dropped, 1u);
   EXPECT_GE(seen.load(), 1100) << "the newest two are always worked on";
+}
+
+/// A scan from the origin, all of whose returns lie around `end`.
+MapJob lookAt(double t, const Eigen::Vector3f& end, std::uint64_t frame)
+{
+  MapJob job;
+  job.t = t;
+  job.frame = frame;
+  for (int i = -2; i <= 2; ++i)
+    job.rays.push_back(
+        {Eigen::Vector3f::Zero(), end + Eigen::Vector3f(0.0f, 0.0f, 0.05f * float(i))});
+  return job;
+}
+
+TEST(Pipeline, ALostScanDoesNotSaveTheMapOfAnOldFrame)
+{
+  const Eigen::Vector3d old_wall(3.0, 0.0, 0.0), new_wall(0.0, 3.0, 0.0);
+  for (const bool threaded : {false, true})
+  {
+    SCOPED_TRACE(threaded);
+    EngineConfig config;
+    config.rates.threaded = threaded;
+    std::atomic<bool> fails{false};
+    const StepHooks hooks{[&fails]
+                          {
+                            if (fails) throw std::runtime_error("out of memory");
+                          },
+                          {},
+                          {}};
+    Pipeline pipeline(config, hooks);
+    pipeline.map(lookAt(0.0, old_wall.cast<float>(), 0));
+    pipeline.drain();
+    ASSERT_EQ(pipeline.latestMap()->field->occupancy(old_wall), core::Occupancy::Occupied);
+    fails = true;
+    pipeline.map(lookAt(0.1, new_wall.cast<float>(), 1));
+    pipeline.drain();
+    EXPECT_EQ(pipeline.latestMap()->frame, 0u) << "the old map does not pass for a new one";
+    fails = false;
+    pipeline.map(lookAt(0.2, new_wall.cast<float>(), 1));
+    pipeline.drain();
+    EXPECT_EQ(pipeline.latestMap()->frame, 1u);
+    EXPECT_EQ(pipeline.latestMap()->field->occupancy(new_wall), core::Occupancy::Occupied);
+    EXPECT_EQ(pipeline.latestMap()->field->occupancy(old_wall), core::Occupancy::Unknown);
+  }
 }
 
 core::PositionFix fixAt(double t)
@@ -261,6 +306,13 @@ TEST(EngineConfig, EveryRuleBetweenFieldsNamesBothValues)
   EXPECT_NE(complaint([](EngineConfig& c) { c.global_planner.horizon_m = 30; }).find("horizon_m"),
             std::string::npos);
   EXPECT_NE(complaint([](EngineConfig& c) { c.local_planner.step_s = 0.5; }).find("step_s"),
+            std::string::npos);
+  EXPECT_NE(complaint([](EngineConfig& c) { c.safety.fence_max_y_m = -2e6; }).find("fence_max"),
+            std::string::npos);
+  EXPECT_NE(
+      complaint([](EngineConfig& c) { c.rates.global_period_s = 3.0; }).find("plan_timeout_s"),
+      std::string::npos);
+  EXPECT_NE(complaint([](EngineConfig& c) { c.tracking.range_m = 0.1; }).find("min_range_m"),
             std::string::npos);
 }
 

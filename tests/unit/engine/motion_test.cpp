@@ -103,12 +103,23 @@ TEST(MotionPredictor, LeavesAFreshStateAlone)
   }
 }
 
+TEST(MotionPredictor, KnowsWhichCommandIsObeyed)
+{
+  MotionPredictor predictor(vehicle(0.2, 0.0, 0.1));
+  predictor.sent(1.0, {{1.0, 0.0, 0.0}, 0.0});
+  predictor.sent(1.05, {{2.0, 0.0, 0.0}, 0.0});
+  EXPECT_EQ(predictor.inEffect(1.09).v_W.x(), 0.0);
+  EXPECT_EQ(predictor.inEffect(1.12).v_W.x(), 1.0);
+  EXPECT_EQ(predictor.inEffect(3.0).v_W.x(), 2.0);
+}
+
 TEST(MotionPredictor, KeepsTheVelocityWhileNoCommandIsKnown)
 {
   MotionPredictor predictor(vehicle(0.2, 0.0, 0.1));
   core::VehicleState state;
   state.v_W = {1.0, -0.5, 0.2};
   EXPECT_LT((predictor.at(state, 0.1).p_L - 0.1 * state.v_W).norm(), 1e-12);
+  EXPECT_EQ(predictor.inEffect(1.0).v_W.norm(), 0.0);
   predictor.sent(0.05, {});
   EXPECT_LT((predictor.at(state, 0.15).v_W - state.v_W).norm(), 1e-12) << "not in effect yet";
   EXPECT_LT(predictor.at(state, 2.0).v_W.norm(), 1e-3);

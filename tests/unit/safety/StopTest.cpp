@@ -77,6 +77,28 @@ TEST(Stop, AWallIsApproachedAndNotTouched)
   EXPECT_LE(flight.least_clearance_m, 0.02);  // and it does not stop far away
 }
 
+/// A change of command counts over 0.2 s at most, so whoever is asked seldom brakes slowly.
+TEST(Stop, AWallIsNotTouchedByAHostThatAsksSeldom)
+{
+  for (const double period : {0.02, 0.2, 0.35, 0.5, 1.0})
+  {
+    SCOPED_TRACE(period);
+    test::GateFlight flight = flightAmong({wallAt(6.0)});
+    flight.period_s = period;
+    safety::SafetyConfig config;
+    config.map_timeout_s = 2.0;
+    const safety::OutputGate gate(config, flight.vehicle);
+    while (flight.t < 25.0)
+    {
+      GateInput in = flight.input();
+      in.wanted.v_W = in.last.v_W.cwiseMin(1.1) + Vec3(0.1, 0.0, 0.0);
+      flight.obey(gate.pass(in).command);
+    }
+    EXPECT_GE(flight.least_clearance_m, -1e-9);
+    EXPECT_LE(flight.least_clearance_m, 1.0);  // it went there
+  }
+}
+
 TEST(Stop, TheMarginIsWhatTheStopKeeps)
 {
   core::Rng rng(11);
@@ -182,6 +204,38 @@ TEST(Stop, APlanIsAWayToStopWhereBrakingIsNone)
   out = gate.pass(in);
   EXPECT_EQ(out.intervention, Intervention::None) << out.reason;
   EXPECT_EQ(out.stop_plan, &turning.path);
+}
+
+/// A plan is a function of time: where it begins is no more than where it was written down from.
+TEST(Stop, APlanUnderWayIsFollowedFromWhereItIs)
+{
+  core::Rng rng(13);
+  for (int trial = 0; trial < 30; ++trial)
+  {
+    SCOPED_TRACE(trial);
+    Turn turning;
+    turning.flight.vehicle.command_delay_s = rng.uniform(0.0, 0.3);
+    const safety::OutputGate gate({}, turning.flight.vehicle);
+    GateInput in = turning.tick();
+    in.state.t = in.t + turning.flight.vehicle.command_delay_s;  // predicted
+    turning.path.begins_s = turning.flight.vehicle.command_delay_s;
+    in.map_age_s = 3.0;  // makes it brake along the plan
+    const GateOutput whole = gate.pass(in);
+    ASSERT_EQ(whole.stop_plan, &turning.path);
+
+    // The same with what lies behind: a straight way that led to its beginning.
+    const int gone = static_cast<int>(rng.uniform(1.0, 8.0));
+    for (int i = 1; i <= gone; ++i)
+    {
+      const Vec3 v(Turn::kSpeed, 0.0, 0.0);
+      turning.path.p_L.insert(turning.path.p_L.begin(), -i * turning.path.step_s * v);
+      turning.path.v_L.insert(turning.path.v_L.begin(), v);
+    }
+    turning.path.begins_s -= gone * turning.path.step_s;
+    const GateOutput under_way = gate.pass(in);
+    EXPECT_LE((under_way.command.v_W - whole.command.v_W).norm(), 1e-9);
+    EXPECT_NEAR(under_way.stop_margin_m, whole.stop_margin_m, 1e-9);
+  }
 }
 
 TEST(Stop, LackOfTrustBrakesAlongThePlanWhereStraightBrakingWouldHit)

@@ -102,7 +102,7 @@ struct RateConfig
   static void fields(Self& c, Visit&& v)
   {
     using core::Range;
-    v("local_period_s", c.local_period_s, Range{0.005, 1.0},
+    v("local_period_s", c.local_period_s, Range{0.005, 0.2},
       "period of the local planner and its deadline");
     v("global_period_s", c.global_period_s, Range{0.01, 10.0},
       "shortest time between two global steps and its deadline");

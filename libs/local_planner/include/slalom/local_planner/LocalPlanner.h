@@ -42,6 +42,7 @@ struct LocalPlannerInput
   std::vector<core::MovingObstacle> movers;  ///< to keep away from, besides those of the field
   Eigen::Vector3d disturbance_W = Eigen::Vector3d::Zero();  ///< [m/s^2] that the lag model lacks
   core::VelocityCommand last_command;
+  double elapsed_s = 0.0;  ///< [s] since it was sent; 0: since the last step
   core::Deadline deadline = core::Deadline::none();
 };
 

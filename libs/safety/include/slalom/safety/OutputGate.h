@@ -17,13 +17,14 @@
 
 namespace slalom::safety
 {
-/** A way to come to rest that someone planned: where the vehicle would be `i * step_s` seconds
- * from now. Nothing of it is believed: the gate flies it in simulation and looks what is hit. */
+/** A way to come to rest that someone planned: where the vehicle would be `begins_s + i * step_s`
+ * seconds from now. Nothing of it is believed: the gate flies it in simulation and looks what is hit. */
 struct StopPath
 {
   std::vector<Eigen::Vector3d> p_L;  ///< [m] local frame
   std::vector<Eigen::Vector3d> v_L;  ///< [m/s] as many; the last one is zero
   double step_s = 0.05;              ///< [s] > 0
+  double begins_s = 0.0;  ///< [s] from now, of the first point; below 0 for a plan under way
 };
 
 /// Everything the gate may look at.
