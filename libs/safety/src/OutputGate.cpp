@@ -18,7 +18,7 @@ using detail::Cause;
 using detail::StopCheck;
 using detail::Verdict;
 
-constexpr double kSame = 1e-6;        // [m/s] commands that differ less count as the same
+constexpr double kSame = 1e-6;  // [m/s] commands that differ less count as the same
 constexpr int kHalvings = 3;
 
 /// Throws on the first field outside its range.
@@ -117,9 +117,9 @@ void Pass::fence()
   const Eigen::Vector3d p_W = check.begin().p + s.p_W - s.p_L;
   for (int i = 0; i < 3; ++i)
     target[i] = detail::insideFence(
-        target[i], {p_W[i], check.begin().v[i], config.fenceMin()[i], config.fenceMax()[i],
-                    brake[i], check.hold(), vehicle.velocity_lag_s, config.lag_reserve_s,
-                    check.deceleration()});
+        target[i],
+        {p_W[i], check.begin().v[i], config.fenceMin()[i], config.fenceMax()[i], brake[i],
+         check.hold(), vehicle.velocity_lag_s, config.lag_reserve_s, check.deceleration()});
 }
 
 void Pass::keepStop(bool trusted)

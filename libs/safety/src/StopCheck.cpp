@@ -108,8 +108,8 @@ bool StopCheck::stopsInRoom(const Flight& flight, double late, Sweep& sweep) con
 {
   const double room = surroundings_.room(flight.p, sweep);
   if (room < 0.0) return false;
-  const Eigen::Vector3d reach = 0.5 / deceleration() * flight.u.cwiseAbs2() +
-                                vehicle_.velocity_lag_s * flight.v.cwiseAbs();
+  const Eigen::Vector3d reach =
+      0.5 / deceleration() * flight.u.cwiseAbs2() + vehicle_.velocity_lag_s * flight.v.cwiseAbs();
   const double left = room - reach.norm() - late;
   if (left < 0.0) return false;
   sweep.lower(left, Cause::Map);

@@ -18,7 +18,8 @@
 namespace slalom::safety
 {
 /** A way to come to rest that someone planned: where the vehicle would be `begins_s + i * step_s`
- * seconds from now. Nothing of it is believed: the gate flies it in simulation and looks what is hit. */
+ * seconds from now. Nothing of it is believed: the gate flies it in simulation and looks what is
+ * hit. */
 struct StopPath
 {
   std::vector<Eigen::Vector3d> p_L;  ///< [m] local frame
