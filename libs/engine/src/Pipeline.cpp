@@ -50,9 +50,9 @@ void Pipeline::runMap(const MapJob& job)
       frame_ = job.frame;
     }
     tracking::TrackerOutput moving;
-    const std::span<const core::Ray> echoes(job.rays.data(), job.echoes);
+    const std::span<const core::Ray> echoes(job.rays.data(), job.rays.size() - job.silent);
     if (movers_) moving = movers_->update(job.t, job.p_L, echoes, mapper_.snapshot().get());
-    moving.on_mover.resize(job.echoes, 0);
+    moving.on_mover.resize(echoes.size(), 0);
     moving.on_mover.resize(job.rays.size(), 1);
     const mapping::MapUpdate update =
         mapper_.integrate(job.t, job.p_L, job.rays, {moving.on_mover, moving.ghosts});

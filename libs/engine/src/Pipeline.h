@@ -27,7 +27,7 @@ struct MapJob
   double t = 0.0;  ///< [s] end of the scan
   Eigen::Vector3d p_L = Eigen::Vector3d::Zero();
   std::vector<core::Ray> rays;
-  std::size_t echoes = 0;   ///< so many of the rays end on something, the others show free space
+  std::size_t silent = 0;   ///< so many of the rays, the last ones, had no echo and show free space
   std::uint64_t frame = 0;  ///< of the local frame: what was mapped in another one is void
 };
 

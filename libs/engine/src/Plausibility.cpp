@@ -46,8 +46,9 @@ struct Tally
 bool contradicts(const MapJob& scan, const core::DistanceField& map)
 {
   Tally appeared, vanished;
-  const std::size_t stride = std::max<std::size_t>(1, scan.echoes / kRays);
-  for (std::size_t i = 0; i < scan.echoes; i += stride)
+  const std::size_t echoes = scan.rays.size() - scan.silent;
+  const std::size_t stride = std::max<std::size_t>(1, echoes / kRays);
+  for (std::size_t i = 0; i < echoes; i += stride)
   {
     const Eigen::Vector3d origin = scan.rays[i].origin_L.cast<double>();
     const Eigen::Vector3d end = scan.rays[i].end_L.cast<double>();

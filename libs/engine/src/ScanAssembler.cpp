@@ -73,7 +73,6 @@ std::vector<MapJob> ScanAssembler::take(const StateSource& source, double now,
       };
       for (const core::ScanPoint& point : scan.points)
         job.rays.push_back({poseAt(point.dt).translation(), poseAt(point.dt) * point.p_S});
-      job.echoes = job.rays.size();
       // Near the sensor silence may be an obstacle inside its least range.
       constexpr float kDeaf_m = 1.0f;
       const float far = static_cast<float>(config_.update_range_m);
@@ -81,6 +80,7 @@ std::vector<MapJob> ScanAssembler::take(const StateSource& source, double now,
         for (const core::ScanPoint& ray : scan.silent)
           job.rays.push_back(
               {poseAt(ray.dt) * (kDeaf_m * ray.p_S), poseAt(ray.dt) * (far * ray.p_S)});
+      job.silent = job.rays.size() - scan.points.size();
       jobs.push_back(std::move(job));
     }
     else

@@ -254,7 +254,7 @@ TEST(ScanAssembler, TakesSilenceForFreeSpaceUnlessTheSensorIsCovered)
   };
   const MapJob open = raysOf(100, mapping::NoReturn::Free);
   ASSERT_EQ(open.rays.size(), 1100u);
-  EXPECT_EQ(open.echoes, 100u);
+  EXPECT_EQ(open.silent, 1000u);
   const double reach = mapping::MapperConfig{}.update_range_m;
   EXPECT_NEAR(open.rays.back().end_L.y(), reach, 1e-5);
   EXPECT_NEAR(open.rays.back().origin_L.y(), 1.0, 1e-5) << "an obstacle too near gives no echo";

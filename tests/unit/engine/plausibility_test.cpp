@@ -39,7 +39,6 @@ MapJob look(const test::AnalyticField& world, bool mirrored = false, double yaw_
     Eigen::Vector3d end = core::fromYaw(yaw_error) * (range * d);
     if (mirrored) end.y() *= -1.0;
     scan.rays.push_back({Eigen::Vector3f::Zero(), end.cast<float>()});
-    scan.echoes = scan.rays.size();
   }
   return scan;
 }
