@@ -26,7 +26,7 @@ enum class EngineStatus
   GoalBlocked,  ///< at rest at the reachable point nearest to a goal that is occupied or cut off;
                 ///< leaves when the map clears
   Unreachable   ///< at rest in mid-mission for longer than mission.blocked_timeout_s, or no farther
-               ///< on R for mission.progress_timeout_s; leaves when it moves again
+                ///< on R for mission.progress_timeout_s; leaves when it moves again
 };
 [[nodiscard]] std::string_view toString(EngineStatus status);
 
