@@ -228,6 +228,68 @@ TEST(Flight, GivesWayToWhatMoves)
   RecordProperty("contacts", contacts);
 }
 
+TEST(Flight, BetweenWallsSeesNothingMove)
+{
+  // Walls end where the range ends, behind columns, and in gaps: what is seen of them slides along.
+  const auto box = [](double x0, double y0, double z0, double x1, double y1, double z1)
+  { return Eigen::AlignedBox3d(Eigen::Vector3d(x0, y0, z0), Eigen::Vector3d(x1, y1, z1)); };
+  const test::AnalyticField court(
+      {box(-4.0, -6.2, 0.0, 22.0, -6.0, 3.0), box(-4.0, 6.0, 0.0, 6.0, 6.2, 3.0),
+       box(8.0, 4.0, 0.0, 22.0, 4.2, 3.0), box(3.0, -4.0, 0.0, 3.3, -2.2, 3.0),
+       box(9.0, -5.0, 0.0, 11.0, -4.8, 2.0), box(-4.0, -20.0, -1.0, 22.0, 20.0, 0.0),
+       test::VerticalCylinder{{6.0, -2.5}, 0.3}, test::VerticalCylinder{{12.0, 2.0}, 0.3},
+       test::VerticalCylinder{{14.0, -1.8}, 0.3}});
+  FlightHarness harness(court, test::flightConfig());
+  harness.azimuths = 720;
+  std::size_t movers = 0;
+  double largest = 0.0;
+  harness.listener = [&](const core::CycleRecord& cycle, const Eigen::Vector3d&)
+  {
+    movers += cycle.movers.size();
+    for (const auto& mover : cycle.movers) largest = std::max(largest, mover.radius_m);
+  };
+  const test::FlightOutcome flight = harness.fly(kStart, straightMission(), 60.0);
+  EXPECT_EQ(flight.status, EngineStatus::GoalReached) << toString(flight.status);
+  EXPECT_EQ(movers, 0u) << "the largest of " << largest << " m";
+}
+
+TEST(Flight, AMoverBesideAWallDoesNotTakeTheWallAlong)
+{
+  const test::AnalyticField court(
+      {Eigen::AlignedBox3d(Eigen::Vector3d(-4, -4.7, 0), Eigen::Vector3d(22, -4.5, 3)),
+       test::VerticalCylinder{{9.0, 3.5}, 0.3}, test::VerticalCylinder{{14.0, 3.0}, 0.3}});
+  double now = 0.0;
+  // Comes from the open, walks along the wall and touches it.
+  const auto walker = [&now]
+  {
+    const double y = std::max(-4.1, -2.0 - 0.3 * now);
+    return Eigen::Vector3d(3.0 + 0.8 * now, y, 1.5);
+  };
+  const auto distance = [&](const Eigen::Vector3d& p)
+  { return std::min(court.signedDistance(p), (p - walker()).norm() - 0.4); };
+  test::FlightWorld world{
+      distance, [distance](const Eigen::Vector3d& from, const Eigen::Vector3d& along, double range)
+      {
+        double s = 0.0;
+        for (double d = 1.0; s < range && d > 1e-3; s += d) d = distance(from + s * along);
+        return std::min(s, range);
+      }};
+  FlightHarness harness(world, test::flightConfig());
+  harness.azimuths = 720;
+  harness.faults.world = [&](double t, const Eigen::Vector3d&) { now = t; };
+  std::size_t movers = 0;
+  double largest = 0.0;
+  harness.listener = [&](const core::CycleRecord& cycle, const Eigen::Vector3d&)
+  {
+    movers += cycle.movers.size();
+    for (const auto& mover : cycle.movers) largest = std::max(largest, mover.radius_m);
+  };
+  const test::FlightOutcome flight = harness.fly(kStart, straightMission(), 60.0);
+  EXPECT_EQ(flight.status, EngineStatus::GoalReached) << toString(flight.status);
+  EXPECT_GT(movers, 0u) << "it has to be seen";
+  EXPECT_LE(largest, 0.9);
+}
+
 TEST(Flight, StandsStillWithoutAMap)
 {
   engine::Engine engine(test::flightConfig());

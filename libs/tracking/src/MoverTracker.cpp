@@ -112,6 +112,8 @@ void MoverTracker::Impl::assign(const std::vector<Object>& objects)
     {
       const Eigen::Vector3d error = objects[j].centre_L - tracks[i].p_L;
       const double distance = error.head<2>().norm() + 0.3 * std::fabs(error.z());
+      // A mover does not grow: it is one thing with something else now.
+      if (tracks[i].confirmed && objects[j].half_width_m > tracks[i].largest_m) continue;
       if (distance <= tracks[i].gate())
         pairs.push_back({distance, static_cast<int>(i), static_cast<int>(j)});
     }
@@ -192,7 +194,7 @@ void MoverTracker::Impl::watch(const std::vector<Object>& objects, const Eigen::
     const bool was = std::exchange(
         track.confirmed, track.confirmed ? track.score > 0 : track.score >= config.evidence_scans);
     if (!track.confirmed) continue;
-    if (!was) track.last_fast = t;
+    if (!was) track.last_fast = t, track.largest_m = 1.3 * track.half_width_m + kBodyMargin;
     // All of its way at first, then the last step: the map takes nothing more of it.
     constexpr double kLastStep = 0.25;  // [s]
     for (int age = 0; age < track.footprints(); ++age)
@@ -220,7 +222,7 @@ void MoverTracker::Impl::recover(Track& track, const Eigen::Vector3f& origin_L,
   if (map == nullptr || body.size() < static_cast<std::size_t>(config.min_points)) return;
   const Object object = detail::fitObject(origin_L, rays, body);
   const double off = (object.centre_L - track.p_L).head<2>().norm();
-  if (off > track.gate() || object.half_width_m > 1.5 * track.half_width_m + kBodyMargin) return;
+  if (off > track.gate() || object.half_width_m > track.largest_m) return;
   track.correct(object, (object.centre_L - origin_L.cast<double>()).norm());
 }
 

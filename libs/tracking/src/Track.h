@@ -70,6 +70,7 @@ class Track
   int score = 0;  ///< scans in favour of motion, less those against
   Eigen::Vector3d p_L, v_L = Eigen::Vector3d::Zero();
   double half_width_m, half_height_m;
+  double largest_m = 0.0;  ///< [m] half width that it may have, since it was confirmed
 
  private:
   // Covariance of position and velocity along one axis.
