@@ -71,23 +71,22 @@ std::vector<Line> numbers(const CycleView& view)
   const bool mission = r.reference.cols() > 0 && !view.flown.empty();
   const double error = mission ? view.flown.back().vs_reference_m : kNone;
   const double behind = view.flown.empty() ? kNone : view.flown.back().vs_setpoint_m;
-  return {
-      clearanceLine(view),
-      {"hard, wanted",
-       fixedNumber(view.info.hard_clearance_m, 2) + ", " + metres(view.info.wanted_clearance_m)},
-      {"command vx vy vz wz", triple(r.command.v_W) + "  " + fixedNumber(r.command.yaw_rate, 2)},
-      {"velocity vx vy vz", r.has_state ? triple(r.state.v_W) + " m/s" : "-"},
-      {"error to R", metres(error)},
-      {"error to setpoint", metres(behind)},
-      {"to the goal", mission ? metres(r.distance_to_goal_m, 1) : "-"},
-      {"refinement", refinementText(r.refinement)},
-      {"why", r.refinement.reason.empty() ? "-" : r.refinement.reason},
-      {"certificate", certificateText(r.refinement)},
-      {"J solver", solverText(r.refinement.solve)},
-      {"NMPC solver", solverText(r.nmpc)},
-      {"output gate", r.gate.intervention.empty() ? "passed" : r.gate.intervention},
-      {"map no., R no.",
-       std::to_string(r.map_sequence) + ", " + std::to_string(r.reference_sequence)}};
+  return {clearanceLine(view),
+          {"hard, wanted", fixedNumber(view.info.hard_clearance_m, 2) + ", " +
+                               metres(view.info.wanted_clearance_m)},
+          {"command v, wz", triple(r.command.v_W) + "  " + fixedNumber(r.command.yaw_rate, 2)},
+          {"velocity vx vy vz", r.has_state ? triple(r.state.v_W) + " m/s" : "-"},
+          {"error to R", metres(error)},
+          {"error to setpoint", metres(behind)},
+          {"to the goal", mission ? metres(r.distance_to_goal_m, 1) : "-"},
+          {"refinement", refinementText(r.refinement)},
+          {"why", r.refinement.reason.empty() ? "-" : r.refinement.reason},
+          {"certificate", certificateText(r.refinement)},
+          {"J solver", solverText(r.refinement.solve)},
+          {"NMPC solver", solverText(r.nmpc)},
+          {"output gate", r.gate.intervention.empty() ? "passed" : r.gate.intervention},
+          {"map no., R no.",
+           std::to_string(r.map_sequence) + ", " + std::to_string(r.reference_sequence)}};
 }
 
 Colour statusColour(const core::CycleRecord& record)
@@ -125,7 +124,7 @@ double drawWords(Canvas& canvas, cv::Rect area, const CycleView& view, double si
               Align::Centre);
   y += badge + 1.5 * size;
 
-  constexpr int kReasonLines = 4;
+  constexpr int kReasonLines = 2;
   const std::string reason = record.reason.empty() ? "no reason given" : record.reason;
   for (const std::string& line : wrapText(reason, {size}, width, kReasonLines))
   {
