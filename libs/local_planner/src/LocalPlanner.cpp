@@ -11,8 +11,8 @@
 #include "HorizonReference.h"
 #include "KeepOuts.h"
 #include "Nmpc.h"
-#include "OutputGate.h"
 #include "Plan.h"
+#include "slalom/core/CommandLimits.h"
 
 namespace slalom::local_planner
 {
@@ -68,6 +68,23 @@ std::string trouble(const LocalPlannerInput& input)
 Eigen::Vector4d stack(const core::VelocityCommand& command)
 {
   return {command.v_W.x(), command.v_W.y(), command.v_W.z(), command.yaw_rate};
+}
+
+/// Towards rest as fast as the acceleration limit permits.
+core::VelocityCommand brake(const core::VelocityCommand& last, double dt,
+                            const core::Vehicle& vehicle)
+{
+  return {core::braked(last.v_W, vehicle.max_acceleration_mps2 * dt), 0.0};
+}
+
+/// What a planner may hand out: finite, inside the limits, not farther from `last` than the
+/// acceleration limit permits.
+core::VelocityCommand lawful(const core::VelocityCommand& wanted, const core::VelocityCommand& last,
+                             double dt, const core::Vehicle& vehicle)
+{
+  if (!wanted.v_W.allFinite() || !std::isfinite(wanted.yaw_rate)) return brake(last, dt, vehicle);
+  return {core::limited(wanted.v_W, last.v_W, vehicle.max_acceleration_mps2 * dt, vehicle),
+          std::clamp(wanted.yaw_rate, -vehicle.max_yaw_rate_radps, vehicle.max_yaw_rate_radps)};
 }
 
 std::string withNumber(const char* format, double number)
@@ -217,7 +234,7 @@ void LocalPlanner::Impl::flyFresh(Tick& tick)
   shifts = 0;
   LocalPlannerOutput& output = tick.output;
   output.fallback = Fallback::None;
-  output.command = detail::gate(plan->command(), tick.last, tick.dt, vehicle);
+  output.command = lawful(plan->command(), tick.last, tick.dt, vehicle);
   show(*plan, output);
   if (output.worst_obstacle_slack_m > 0.01)
     output.reason +=
@@ -254,7 +271,7 @@ bool LocalPlanner::Impl::flyShifted(Tick& tick)
   ++shifts;
   LocalPlannerOutput& output = tick.output;
   output.fallback = Fallback::Shifted;
-  output.command = detail::gate(motion->command(), tick.last, tick.dt, vehicle);
+  output.command = lawful(motion->command(), tick.last, tick.dt, vehicle);
   output.reason = output.report.message + ": previous plan, tick " + std::to_string(shifts) +
                   " of " + std::to_string(kMaxShifts);
   show(*motion, output);
@@ -269,7 +286,7 @@ bool LocalPlanner::Impl::flyCommitted(Tick& tick, const HorizonReference& refere
   if (!motion.inputs.allFinite() || collides(motion, tick.input)) return false;
   LocalPlannerOutput& output = tick.output;
   output.fallback = Fallback::Committed;
-  output.command = detail::gate(motion.command(), tick.last, tick.dt, vehicle);
+  output.command = lawful(motion.command(), tick.last, tick.dt, vehicle);
   output.reason = output.report.message + ": pursuing the committed reference";
   show(motion, output);
   return true;
@@ -285,7 +302,7 @@ void LocalPlanner::Impl::flyBrake(Tick& tick, const std::string& why)
 {
   LocalPlannerOutput& output = tick.output;
   output.fallback = Fallback::Brake;
-  output.command = detail::brake(tick.last, tick.dt, vehicle);
+  output.command = brake(tick.last, tick.dt, vehicle);
   output.reason = why + ": brake";
   const core::VehicleState& state = tick.input.state;
   if (!state.p_L.allFinite() || !state.v_W.allFinite() || !state.q_WB.coeffs().allFinite()) return;
@@ -294,7 +311,7 @@ void LocalPlanner::Impl::flyBrake(Tick& tick, const std::string& why)
   for (auto input : inputs.colwise())
   {
     input = stack(slowing);
-    slowing = detail::brake(slowing, config.step_s, vehicle);
+    slowing = brake(slowing, config.step_s, vehicle);
   }
   show(detail::rollOut(state.t, tick.motion, inputs, tick.model), output);
 }
@@ -302,7 +319,7 @@ void LocalPlanner::Impl::flyBrake(Tick& tick, const std::string& why)
 LocalPlannerOutput LocalPlanner::Impl::step(const LocalPlannerInput& input)
 {
   Tick tick{input,
-            detail::trustedLast(input.last_command, input.state.v_W, vehicle),
+            core::trustedLast(input.last_command, input.state.v_W, vehicle),
             sinceLastCommand(input),
             {vehicle, config.step_s, input.disturbance_W},
             detail::motionOf(input.state),
@@ -351,9 +368,8 @@ LocalPlannerOutput LocalPlanner::step(const LocalPlannerInput& input)
   {
     LocalPlannerOutput output;
     output.fallback = Fallback::Brake;
-    output.command =
-        detail::brake(detail::trustedLast(input.last_command, input.state.v_W, impl_->vehicle),
-                      impl_->config.step_s, impl_->vehicle);
+    output.command = brake(core::trustedLast(input.last_command, input.state.v_W, impl_->vehicle),
+                           impl_->config.step_s, impl_->vehicle);
     output.reason = std::string(error.what()) + ": brake";
     return output;
   }

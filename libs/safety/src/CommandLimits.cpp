@@ -35,38 +35,6 @@ double belowFence(double wanted, const FenceAxis& axis)
 }
 }  // namespace
 
-core::VelocityCommand trustedLast(const core::VelocityCommand& last,
-                                  const Eigen::Vector3d& measured_v_W, const core::Vehicle& vehicle)
-{
-  core::VelocityCommand trusted;
-  const double limit = vehicle.max_speed_mps;
-  for (int i = 0; i < 3; ++i)
-  {
-    const double v = std::isfinite(last.v_W[i]) ? last.v_W[i] : measured_v_W[i];
-    trusted.v_W[i] = std::isfinite(v) ? std::clamp(v, -limit, limit) : 0.0;
-  }
-  if (std::isfinite(last.yaw_rate))
-    trusted.yaw_rate =
-        std::clamp(last.yaw_rate, -vehicle.max_yaw_rate_radps, vehicle.max_yaw_rate_radps);
-  return trusted;
-}
-
-Eigen::Vector3d limited(const Eigen::Vector3d& wanted, const Eigen::Vector3d& last, double change,
-                        const core::Vehicle& vehicle)
-{
-  const double limit = vehicle.max_speed_mps;
-  return wanted.cwiseMax((last.array() - change).matrix())
-      .cwiseMin((last.array() + change).matrix())
-      .cwiseMax(-limit)
-      .cwiseMin(limit);
-}
-
-Eigen::Vector3d braked(const Eigen::Vector3d& v, double change)
-{
-  return v.cwiseMin((v.array() - change).max(0.0).matrix())
-      .cwiseMax((v.array() + change).min(0.0).matrix());
-}
-
 double insideFence(double wanted, const FenceAxis& axis)
 {
   const double below = belowFence(wanted, axis);
