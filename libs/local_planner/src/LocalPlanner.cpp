@@ -163,6 +163,27 @@ const LocalPlannerConfig& checked(const LocalPlannerConfig& config, const core::
 }
 }  // namespace
 
+namespace
+{
+/// True if an obstacle stands between a motion and the reference: it passes it on the other side.
+bool losesSight(const Plan& motion, const HorizonReference& reference,
+                const core::DistanceField& field, double radius)
+{
+  constexpr double kStep_m = 0.15, kMostPieces = 20.0;
+  for (Eigen::Index k = 1; k < motion.positions.cols(); ++k)
+  {
+    const Eigen::Vector3d from = motion.positions.col(k);
+    const Eigen::Vector3d across = reference.positions.col(k) - from;
+    const double pieces = std::min(kMostPieces, std::ceil(across.norm() / kStep_m));
+    for (double i = 1.0; i < pieces; ++i)
+      if (field.distance(from + i / pieces * across, core::UnknownAs::Free).value_or(radius) <
+          0.5 * radius)
+        return true;
+  }
+  return false;
+}
+}  // namespace
+
 LocalPlanner::Impl::Impl(const LocalPlannerConfig& given, const core::Vehicle& limits)
     : config(checked(given, limits)), vehicle(limits), nmpc(config, vehicle)
 {
@@ -190,9 +211,18 @@ std::optional<Plan> LocalPlanner::Impl::plannedOn(const Tick& tick) const
 
 Plan LocalPlanner::Impl::guess(const Tick& tick, const HorizonReference& reference) const
 {
-  if (failures < kColdAfter)
-    if (auto shifted = plannedOn(tick)) return *std::move(shifted);
-  return detail::pursue(tick.input.state.t, tick.motion, stack(tick.last), reference, tick.model);
+  Plan pursuit =
+      detail::pursue(tick.input.state.t, tick.motion, stack(tick.last), reference, tick.model);
+  if (failures >= kColdAfter) return pursuit;
+  auto shifted = plannedOn(tick);
+  if (!shifted) return pursuit;
+  // Obstacles seen from the wrong side of one would keep the vehicle there.
+  const auto lost = [&](const Plan& motion)
+  {
+    return tick.input.field &&
+           losesSight(motion, reference, *tick.input.field, vehicle.radius_m);
+  };
+  return lost(*shifted) && !lost(pursuit) ? pursuit : *std::move(shifted);
 }
 
 void LocalPlanner::Impl::show(const Plan& motion, LocalPlannerOutput& output) const
