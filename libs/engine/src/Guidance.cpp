@@ -19,6 +19,7 @@ std::string Engine::Impl::startMission(const core::VehicleState& state)
   {
     Flight next(++missions, fitReference(mission, state, config), state.p_L - state.p_W,
                 config.planned());
+    next.only_goal = mission.waypoints_W.cols() == 1;
     clock.restart(next.reference_L->start());
     flight = std::move(next);
   }
@@ -50,6 +51,7 @@ void Engine::Impl::requestRefinement(const core::VehicleState& state, double t)
                  state,
                  clock.progress(),
                  clock.pace(),
+                 flight->only_goal,
                  flight->offset.z(),
                  {}}};
   if (pipeline.refine(std::move(job)) > 0) ++statistics.late_global;

@@ -14,12 +14,23 @@ using spline::UniformBSpline;
 namespace
 {
 constexpr int kGuides = 3;     // topologically distinct ways that are compared
-constexpr double kKeep = 0.9;  // another plan must be cheaper than this share of the present one
-constexpr int kChallengeEvery = 5;     // plans
-constexpr double kAwayFromR_m = 0.15;  // a plan nearer to R than this needs no challenge
+
+/// How readily a plan that is away from R gives way to a fresh one.
+struct Challenge
+{
+  int every;        // plans
+  double cheaper;   // it must cost less than this share of the present one
+};
+constexpr Challenge kSoon{5, 0.9}, kLate{2, 0.95};
+
 constexpr double kStanding_mps = 0.15;
 constexpr double kHarder = 0.01;  // braking by this much more than planned with goes unnoticed
 constexpr double kAltitudeAhead_s = 15.0;
+
+bool returnsLate(ReturnPolicy policy, bool only_goal)
+{
+  return policy == ReturnPolicy::Late || (policy == ReturnPolicy::Auto && only_goal);
+}
 
 /// Altitude limits in the local frame, and not farther from those of R ahead than it may leave
 /// them.
@@ -50,16 +61,24 @@ PlanStep::PlanStep(const GlobalPlannerConfig& config, const core::Vehicle& vehic
                     ? input.previous.get()
                     : nullptr),
       rho_(previous_ ? previous_->referenceTime(input.progress) : input.progress),
-      // Surfaces are known to half a voxel's edge, corners of voxels reach a little farther.
-      context_{config_, vehicle, field_, r_, {}, {}, input.progress, 0.0, input.deadline}
+      context_{config_, vehicle, field_, r_, {}, {}, input.progress,
+               returnsLate(config.return_to_reference, input.only_goal), 0.0, 0.0, input.deadline}
 {
-  context_.hard = vehicle.radius_m + config_.margin_m + 0.2 * field_.resolution();
+  keepMargin(config_.margin_m);
   restart_ = mustRestart();
   if (restart_) rho_ = joinTime();
   context_.window = chooseWindow(r_, rho_, config_.horizon_m, field_, 1.05 * context_.hard);
   context_.reference_occupied = findOccupiedSegments(r_, context_.window.from, context_.window.to,
                                                      field_, config_.clearance_m, 0.6);
   classifyGoal();
+}
+
+/// Guides and polyhedra keep the margin too, and the little that voxels' corners reach beyond the
+/// half edge to which surfaces are known.
+void PlanStep::keepMargin(double margin_m)
+{
+  context_.margin = margin_m;
+  context_.hard = vehicle_.radius_m + margin_m + 0.2 * field_.resolution();
 }
 
 /// A vehicle that is far from its plan (open-loop replay, a gust), or that stands at the end of
@@ -186,7 +205,8 @@ PlanStep::Attempt PlanStep::followPlan() const
   return attempt(std::move(draft), bypasses);
 }
 
-/// From the columns that are given straight back to R where it is free again.
+/// From the columns that are given straight back to R where it is free again, or to the window's
+/// end.
 PlanStep::Attempt PlanStep::returnToReference(const Draft& from) const
 {
   const double lag = (from.points.col(from.fixed - 1) - r_.position(rho_)).norm();
@@ -194,7 +214,7 @@ PlanStep::Attempt PlanStep::returnToReference(const Draft& from) const
   const auto indexAt = [&](double t)
   { return static_cast<Eigen::Index>(std::ceil((t - r_.start()) / r_.knotSpan() + 1.0)); };
   const Eigen::Index last = context_.window.lastPoint() - 2;
-  Eigen::Index join = std::min(indexAt(rho_ + lead), last);
+  Eigen::Index join = context_.late_return ? last : std::min(indexAt(rho_ + lead), last);
   const auto free = [&](Eigen::Index k)
   {
     const double t = r_.start() + r_.knotSpan() * static_cast<double>(k - 1);
@@ -252,7 +272,11 @@ bool PlanStep::isChallenged(const Refinement& plan) const
   if (!previous_ || !plan.draft.hasFreePoints()) return false;
   if (plan.draft.end == PlanEnd::NearReference) return true;
   if (plan.draft.end == PlanEnd::NearGoal && !context_.window.goal_blocked) return true;
-  if (previous_->sequence % kChallengeEvery != 0) return false;
+  const Challenge& challenge = context_.late_return ? kLate : kSoon;
+  if (previous_->sequence % challenge.every != 0) return false;
+  const UniformBSpline curve = plan.draft.curve();
+  const double straight = (curve.position(curve.end()) - curve.position(in_.progress)).norm();
+  if (straight > challenge.cheaper * plan.travel_cost) return false;  // no way could win
   const Eigen::Matrix3Xd off = plan.draft.points - referencePoints(r_, plan.draft.along);
   return off.rightCols(off.cols() - plan.draft.fixed).colwise().norm().maxCoeff() > kAwayFromR_m;
 }
@@ -367,8 +391,9 @@ PlanStep::Attempt PlanStep::leadOn() const
   Attempt plan = ends ? Attempt::none("starts anew", begin()) : followPlan();
   if (plan.best && !isChallenged(*plan.best)) return plan;
   Attempt fresh = returnToReference(plan.best ? plan.best->draft : begin());
+  const double cheaper = (context_.late_return ? kLate : kSoon).cheaper;
   const bool better = fresh.best && (!plan.best || plan.best->draft.end != PlanEnd::OnReference ||
-                                     fresh.best->travel_cost < kKeep * plan.best->travel_cost);
+                                     fresh.best->travel_cost < cheaper * plan.best->travel_cost);
   if (!better && !ends) return plan;
   fresh.reason = (restart_ ? "from here: " : "back to R: ") + fresh.reason;
   return fresh;
@@ -399,6 +424,13 @@ GlobalPlannerOutput PlanStep::run()
     return keep(Attempt::none("goal occupied: rejected", {}), RefineOutcome::GoalBlocked);
   Attempt plan = leadOn();
   comeNear(plan);
+  // Where it stands with less than the margin around it, the way out need not keep it either.
+  if (!plan.best && in_.state.v_W.norm() < kStanding_mps)
+  {
+    keepMargin(0.0);
+    plan = leadOn();
+    comeNear(plan);
+  }
   if (!plan.best)
   {
     const RefineOutcome outcome = holds_         ? RefineOutcome::GoalBlocked

@@ -43,6 +43,7 @@ class PlanStep
     }
   };
 
+  void keepMargin(double margin_m);
   [[nodiscard]] bool mustRestart() const;
   [[nodiscard]] bool endsHere() const;
   [[nodiscard]] Draft begin() const;

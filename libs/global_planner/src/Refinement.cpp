@@ -206,6 +206,12 @@ Eigen::VectorXd Work::fitWeights() const
     for (Eigen::Index i = 0; i < weights.size(); ++i)
       if (draft.along[i] > s.from - kFitAround_s && draft.along[i] < s.to + kFitAround_s)
         weights[i] = 0.0;
+  if (c_.late_return)
+  {
+    const Eigen::Matrix3Xd off = draft.points - referencePoints(c_.r, draft.along);
+    for (Eigen::Index i = 0; i < weights.size(); ++i)
+      if (off.col(i).norm() > kAwayFromR_m) weights[i] = 0.0;
+  }
   // Nor where the way does not get on along R at all.
   for (Eigen::Index i = 1; i < weights.size(); ++i)
     if (draft.along[i] <= draft.along[i - 1]) weights[i] = 0.0;
@@ -313,7 +319,7 @@ Certificate Work::prove(const UniformBSpline& curve, double more) const
 {
   // The margin is demanded of what can still be changed. What is given was proved with it when it
   // was free, on another map; or it is where the vehicle flies anyhow.
-  const double radius = c_.vehicle.radius_m, margin = c_.config.margin_m + more;
+  const double radius = c_.vehicle.radius_m, margin = c_.margin + more;
   const double from = std::min(c_.progress, curve.end());
   const double given =
       std::clamp(result_.draft.influence(result_.draft.fixed - 1), from, curve.end());

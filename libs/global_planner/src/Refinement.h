@@ -17,6 +17,9 @@
 
 namespace slalom::global_planner
 {
+/// [m] A point of a plan farther from R than this has left it.
+constexpr double kAwayFromR_m = 0.15;
+
 /// What all refinements of one step share.
 struct StepContext
 {
@@ -27,7 +30,9 @@ struct StepContext
   ReferenceWindow window;
   std::vector<OccupiedSegment> reference_occupied;  ///< where R itself is nearer than D_z
   double progress = 0.0;                            ///< [s] of the plan
-  double hard = 0.0;  ///< [m] clearance that guides and polyhedra keep, with a margin for the grid
+  bool late_return = false;  ///< whether the way back to R is not to be shorter than need be
+  double margin = 0.0;       ///< [m] beyond the vehicle's radius that is to be proved
+  double hard = 0.0;         ///< [m] clearance that guides and polyhedra keep, with a margin for the grid
   core::Deadline deadline = core::Deadline::none();
 };
 

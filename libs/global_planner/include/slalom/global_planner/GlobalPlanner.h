@@ -56,6 +56,7 @@ struct GlobalPlannerInput
   core::VehicleState state;
   double progress = 0.0;  ///< [s] parameter of the vehicle on `previous`; on R when there is none
   double pace = 1.0;      ///< [1] how fast that parameter runs at present
+  bool only_goal = false;  ///< R is a straight line to a goal, which nobody asked for itself
   double altitude_offset =
       0.0;  ///< [m] local minus world altitude; altitude limits are the world's
   core::Deadline deadline = core::Deadline::none();

@@ -21,6 +21,14 @@ enum class GoalPolicy
   Reject        ///< an occupied goal ends the mission where the vehicle is
 };
 
+/// Where a vehicle that had to leave R comes back to it.
+enum class ReturnPolicy
+{
+  Auto,  ///< Late if the mission is a single goal, so that nobody asked for R itself; else Soon
+  Soon,  ///< behind what was in the way
+  Late   ///< by the shortest way to where the refined window of R ends
+};
+
 /// Which form of Eq. (2) finds the pushing path.
 enum class PushingForm
 {
@@ -50,6 +58,7 @@ struct GlobalPlannerConfig
   double reaction_s =
       0.3;  ///< [s] ... and more by what is left per this: tracking error over speed
   UnknownPolicy unknown = UnknownPolicy::Avoid;
+  ReturnPolicy return_to_reference = ReturnPolicy::Auto;
   GoalPolicy goal_policy = GoalPolicy::Approach;
   double goal_radius_m = 1.0;                             ///< [m] GoalPolicy::NearestFree
   optim::BoxMethod optimizer = optim::BoxMethod::Newton;  ///< of J
@@ -106,6 +115,12 @@ struct GlobalPlannerConfig
     v("unknown", c.unknown,
       core::Names<UnknownPolicy>{{"avoid", UnknownPolicy::Avoid}, {"free", UnknownPolicy::Free}},
       "avoid: always able to stop in space that was seen free; free: only seen obstacles count");
+    v("return_to_reference", c.return_to_reference,
+      core::Names<ReturnPolicy>{{"auto", ReturnPolicy::Auto},
+                                {"soon", ReturnPolicy::Soon},
+                                {"late", ReturnPolicy::Late}},
+      "where to come back after a detour: soon behind the obstacle, late by the shortest way "
+      "to the end of the horizon; auto: late if the mission is a single goal");
     v("goal_policy", c.goal_policy,
       core::Names<GoalPolicy>{{"approach_and_hold", GoalPolicy::Approach},
                               {"nearest_free", GoalPolicy::NearestFree},
