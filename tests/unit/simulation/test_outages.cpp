@@ -2,6 +2,7 @@
 /** Sensors that see only a part, lose what they said, or are off. */
 #include <gtest/gtest.h>
 #include <mrpt/obs/CObservation.h>
+#include <mrpt/obs/CObservationVelodyneScan.h>
 
 #include <cmath>
 #include <map>
@@ -101,7 +102,8 @@ TEST(Vlp16Model, SaysNothingOfWhatItsFieldOfViewDoesNotHold)
     const auto observation = mrpt_io::makeVelodyneObservation(0.0, scan.packets, lidar.mount());
     core::RangeScan decoded;
     std::map<std::string, std::uint64_t> dropped;
-    mrpt_io::decodeVelodyne(*observation, decoded, dropped);
+    mrpt_io::decodeVelodyne(dynamic_cast<const mrpt::obs::CObservationVelodyneScan&>(*observation),
+                            decoded, dropped);
     EXPECT_TRUE(decoded.points.empty());
     ASSERT_FALSE(decoded.silent.empty());
     for (const core::ScanPoint& ray : decoded.silent)
