@@ -218,7 +218,7 @@ TEST_F(ExperimentTest, EveryFlightOfAShippedExperimentIsJudged)
     SCOPED_TRACE(name);
     const Experiment experiment = readExperiment(experimentFile(name));
     // Flights that all did well but for one, each in turn.
-    const auto planned = plan(experiment);
+    const auto planned = planFlights(experiment, folder_ / "out", {}, folder_ / "world.ini");
     for (std::size_t bad = 0; bad < planned.size(); ++bad)
     {
       SCOPED_TRACE(planned[bad].name);
