@@ -17,7 +17,7 @@ struct General
 {
   std::string title = "experiment";
   std::string columns;  ///< names of figures, in order of the table
-  std::string settings;
+  std::string configs, settings;
   std::string shortest_exceptions;
 
   template <class Self, class Visit>
@@ -25,6 +25,7 @@ struct General
   {
     v("title", c.title, "heading of the table");
     v("columns", c.columns, "figures of the table, separated by blanks");
+    v("configs", c.configs, "settings files of slalom-fly for every flight, in order");
     v("settings", c.settings,
       "section.key=value for every flight, separated by blanks; a group's own come after");
     v("shortest_exceptions", c.shortest_exceptions,
@@ -49,7 +50,7 @@ struct Group
   static void fields(Self& c, Visit&& v)
   {
     using core::Range;
-    v("configs", c.configs, "settings files of slalom-fly, in order");
+    v("configs", c.configs, "settings files of slalom-fly, in order, after those of [experiment]");
     v("settings", c.settings, "section.key=value of slalom-fly, separated by blanks");
     v("worlds", c.worlds, "world files, or forest:SEED:DENSITY for a generated one");
     v("data_worlds", c.data_worlds, "with --data these files of it are flown instead");

@@ -172,8 +172,10 @@ void Planner::add(const Group& group, const fs::path& world, const Mission& miss
   flight.seed = seed;
   flight.name = group.name + "/" + flight.world;
   auto& arguments = flight.arguments;
-  for (const std::string& config : wordsOf(group.configs))
-    arguments.insert(arguments.end(), {"-c", existing(group, experiment_.folder, config).string()});
+  for (const std::string* configs : {&experiment_.general.configs, &group.configs})
+    for (const std::string& config : wordsOf(*configs))
+      arguments.insert(arguments.end(),
+                       {"-c", existing(group, experiment_.folder, config).string()});
   for (const std::string* settings : {&experiment_.general.settings, &group.settings})
     for (const std::string& setting : wordsOf(*settings))
       arguments.insert(arguments.end(), {"--set", setting});

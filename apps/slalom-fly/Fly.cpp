@@ -68,6 +68,7 @@ class Fly
   [[nodiscard]] report::RunSummary summarise() const;
   [[nodiscard]] double goalDistance() const;
   [[nodiscard]] std::optional<double> shortest() const;
+  [[nodiscard]] std::optional<double> stopError() const;
   int finish();
 
   const Options& options_;
@@ -117,6 +118,17 @@ std::optional<double> Fly::shortest() const
     from = to;
   }
   return whole;
+}
+
+/// How far it stands from the best place to stand, for a vehicle that keeps the wanted clearance.
+std::optional<double> Fly::stopError() const
+{
+  const Eigen::Vector3d here = flight_.state().p_W;
+  const double radius = request_.start.radius_m;
+  const auto best = simulation::nearestReachable(
+      request_.world, request_.start.p_W, request_.goal(), here, radius,
+      std::max(radius, request_.settings.engine.global_planner.clearance_m));
+  return best ? std::optional((*best - here).norm()) : std::nullopt;
 }
 
 void Fly::openFiles()
@@ -229,6 +241,7 @@ void Fly::fly()
   true_flight_.jerk_effort_m2_s5 = truth.jerk_effort;
   true_flight_.clearance_p05_m = truth.clearances.quantile(0.05);
   true_flight_.shortest_m = shortest();
+  if (result_.name == "GOAL_BLOCKED") true_flight_.stop_error_m = stopError();
   // A vehicle that reaches its goal too fast to stop there has not arrived.
   const double until = flight_.time() + request_.settings.fly.settle_s;
   while (!truth.first_contact && flight_.time() < until && !app::interrupted()) tick();

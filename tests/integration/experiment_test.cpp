@@ -24,6 +24,7 @@
 #include "Program.h"
 #include "Tables.h"
 #include "Verdict.h"
+#include "slalom/core/Rng.h"
 
 namespace slalom::experiment
 {
@@ -165,6 +166,15 @@ TEST_F(ExperimentTest, EveryCombinationIsPlannedOnceAndItsKeyTellsWhatIsFlown)
   EXPECT_EQ(base[0].key, changed("group.a.note=y")[0].key) << "a remark changes no flight";
   EXPECT_NE(base[0].key, changed("group.a.goal=4,0,1.5")[0].key);
   EXPECT_NE(base[0].key, changed("experiment.settings=state.source=truth")[0].key);
+  spill(folder_ / "all.ini", "[vehicle]\nradius_m = 0.3\n");
+  spill(folder_ / "own.ini", "[vehicle]\nradius_m = 0.2\n");
+  const auto configured = plan(
+      readExperiment(ini(kSmall), {}, {"experiment.configs=all.ini", "group.a.configs=own.ini"}));
+  const std::vector<std::string> order(configured[0].arguments.begin(),
+                                       configured[0].arguments.begin() + 4);
+  EXPECT_EQ(order, (std::vector<std::string>{"-c", (folder_ / "all.ini").string(), "-c",
+                                             (folder_ / "own.ini").string()}))
+      << "a group's own come after those of all";
   spill(folder_ / "world.ini", "[box.a]\nmin = 5,5,0\nmax = 6,6,1\n");
   EXPECT_NE(base[0].key, changed("group.a.note=x")[0].key) << "another world of the same name";
 }
@@ -172,13 +182,14 @@ TEST_F(ExperimentTest, EveryCombinationIsPlannedOnceAndItsKeyTellsWhatIsFlown)
 /// What slalom-fly would be told must be something that it accepts.
 TEST_F(ExperimentTest, ShippedExperimentsArePlannedWithSettingsThatLoad)
 {
-  const std::map<std::string, std::size_t> flights{{"e1", 20},  {"e2", 6},       {"e3", 3},
-                                                   {"e4", 144}, {"gallery", 17}, {"soak", 1}};
+  const std::map<std::string, std::size_t> flights{{"e1", 20},  {"e2", 6},       {"e3", 4},
+                                                   {"e4", 144}, {"gallery", 43}, {"soak", 1}};
   for (const auto& [name, count] : flights)
   {
     SCOPED_TRACE(name);
     const Experiment experiment = readExperiment(experimentFile(name));
     EXPECT_FALSE(experiment.limits.empty());
+    EXPECT_TRUE(experiment.missing.empty());
     const auto planned = plan(experiment);
     EXPECT_EQ(planned.size(), count);
     std::string group;
@@ -195,6 +206,79 @@ TEST_F(ExperimentTest, ShippedExperimentsArePlannedWithSettingsThatLoad)
       }
       EXPECT_NO_THROW((void)app::readFlySettings(common.document()));
     }
+  }
+}
+
+/// A flight more or less must not pass unnoticed: no limit counts flights that go well, but for
+/// those that compare with published counts (e4).
+TEST_F(ExperimentTest, EveryFlightOfAShippedExperimentIsJudged)
+{
+  for (const std::string name : {"e1", "e2", "e3", "gallery", "soak"})
+  {
+    SCOPED_TRACE(name);
+    const Experiment experiment = readExperiment(experimentFile(name));
+    // Flights that all did well but for one, each in turn.
+    const auto planned = planFlights(experiment, folder_ / "out", {}, folder_ / "world.ini");
+    for (std::size_t bad = 0; bad < planned.size(); ++bad)
+    {
+      SCOPED_TRACE(planned[bad].name);
+      std::vector<FlownFlight> flights;
+      for (const PlannedFlight& p : planned)
+        flights.push_back({p, true, "", "", {{"success", 1}, {"expected", 1}, {"contacts", 0}}});
+      flights[bad].figures = {{"success", 0}, {"expected", 0}, {"contacts", 1}};
+      const auto verdicts = judge(experiment.limits, flights);
+      EXPECT_TRUE(std::any_of(verdicts.begin(), verdicts.end(),
+                              [](const Verdict& v) { return v.judgement == Judgement::NotMet; }));
+    }
+  }
+}
+
+/// What [vehicle] says of the airframe, against the airframe: rms of the velocity's difference.
+double misfit(const core::Vehicle& believed, const simulation::AirframeConfig& airframe)
+{
+  constexpr double kTick = 0.05, kInner = 0.005;
+  constexpr int kTicks = 2000;
+  const auto vehicle = simulation::makeVehicle(airframe, {0.0, 0.0, 10.0}, 0.0, 1);
+  core::Rng rng(3);
+  Eigen::Vector3d target = Eigen::Vector3d::Zero(), v = target;
+  std::vector<Eigen::Vector3d> commands{target};
+  double squares = 0.0;
+  for (int k = 0; k < kTicks; ++k)
+  {
+    if (k % 24 == 0)
+      target = {rng.uniform(-0.6, 0.6), rng.uniform(-0.6, 0.6), rng.uniform(-0.3, 0.3)};
+    // Commands that change by 1 m/s^2 at most, as a planner's do.
+    commands.push_back(commands.back() +
+                       (target - commands.back()).cwiseMax(-kTick).cwiseMin(kTick));
+    vehicle->command({commands.back(), 0.0});
+    vehicle->advance(kTick);
+    for (int i = 0; i < 10; ++i)
+    {
+      const double t = k + ((i + 0.5) * kInner - believed.command_delay_s) / kTick;
+      const auto obeyed = static_cast<std::size_t>(std::max(0.0, std::floor(t) + 1.0));
+      v += (commands[obeyed] - v) * (1.0 - std::exp(-kInner / believed.velocity_lag_s));
+    }
+    squares += (v - vehicle->sample().v_W).squaredNorm();
+  }
+  return std::sqrt(squares / kTicks);
+}
+
+TEST(Vehicles, QuadrotorIsWhatItsFileSaysOfIt)
+{
+  app::CommonOptions common;
+  common.configs = {SLALOM_CONFIG_DIR "/vehicles/quadrotor.ini"};
+  const app::FlySettings settings = app::readFlySettings(common.document());
+  EXPECT_EQ(settings.airframe.model, simulation::AirframeModel::Quadrotor);
+  const double best = misfit(settings.engine.vehicle, settings.airframe);
+  EXPECT_LT(best, 0.01);
+  for (const double change : {-0.03, 0.03})
+  {
+    core::Vehicle other = settings.engine.vehicle;
+    other.velocity_lag_s += change;
+    EXPECT_GT(misfit(other, settings.airframe), best) << change;
+    other = settings.engine.vehicle;
+    other.command_delay_s += change;
+    EXPECT_GT(misfit(other, settings.airframe), best) << change;
   }
 }
 

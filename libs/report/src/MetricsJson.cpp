@@ -91,6 +91,7 @@ Json flightOf(const RunSummary& summary)
           {"length_m", number(f.length_m)},
           {"straight_m", number(f.straight_m)},
           {"shortest_m", number(f.shortest_m)},
+          {"stop_error_m", number(f.stop_error_m)},
           {"length_ratio", number(ratio)},
           {"goal_distance_m", number(f.goal_distance_m)},
           {"min_clearance_m", number(summary.min_true_clearance_m)},

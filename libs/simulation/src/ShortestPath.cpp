@@ -8,88 +8,19 @@
 #include <queue>
 #include <vector>
 
+#include "SearchPlane.h"
+
 namespace slalom::simulation
 {
 namespace
 {
+using detail::kStride;
 using Eigen::Vector2d;
 using Eigen::Vector2i;
 using Eigen::Vector3d;
+using Plane = detail::SearchPlane;
 
-constexpr double kSpacing = 0.05;    // [m] of the grid, about
-constexpr double kTolerance = 1e-4;  // [m] of free
-constexpr double kStride = 5e-3;     // [m] least step along a line that grazes something
-
-/// The plane through start and goal, with its coordinates: x from start to goal, y across, level.
-class Plane
-{
- public:
-  Plane(const World& world, const Vector3d& start, const Vector3d& goal, double radius)
-      : world_(world), start_(start), radius_(radius), length((goal - start).norm())
-  {
-    x_ = length > 0.0 ? Vector3d((goal - start) / length) : Vector3d::UnitX();
-    const Vector3d level(-x_.y(), x_.x(), 0.0);
-    y_ = level.norm() > 1e-9 ? level.normalized() : Vector3d::UnitY();
-  }
-  [[nodiscard]] Vector3d inWorld(const Vector2d& p) const
-  {
-    return start_ + p.x() * x_ + p.y() * y_;
-  }
-  /// What is left of the distance when the ball is there.
-  [[nodiscard]] double room(const Vector2d& p) const
-  {
-    return world_.distance(inWorld(p)) - radius_ + kTolerance;
-  }
-  /// A point at most `reach` away where the ball is free; nullopt if none was found.
-  [[nodiscard]] std::optional<Vector2d> freeNear(const Vector2d& p, double reach) const
-  {
-    constexpr double kSpare = 1e-3, kProbe = 1e-4;  // [m]
-    constexpr int kTries = 3;
-    Vector2d at = p;
-    for (int k = 0; k < kTries; ++k)
-    {
-      const double free = room(at);
-      if (free >= 0.0) return at;
-      if (free < -reach) return std::nullopt;
-      const Vector2d x(kProbe, 0.0), y(0.0, kProbe);
-      const Vector2d away(room(at + x) - room(at - x), room(at + y) - room(at - y));
-      at += (kSpare - free) * away.stableNormalized();
-      if ((at - p).norm() > reach) return std::nullopt;
-    }
-    return room(at) >= 0.0 ? std::optional(at) : std::nullopt;
-  }
-  [[nodiscard]] bool seen(const Vector2d& a, const Vector2d& b) const
-  {
-    const double whole = (b - a).norm();
-    for (double s = 0.0; s < whole;)
-    {
-      const double free = room(a + (b - a) * (s / whole));
-      if (free < 0.0) return false;
-      s += std::max(free, kStride);
-    }
-    return room(b) >= 0.0;
-  }
-  [[nodiscard]] Eigen::AlignedBox2d bounds() const
-  {
-    const Eigen::AlignedBox3d box = world_.bounds();
-    Eigen::AlignedBox2d area(Vector2d(0.0, 0.0));
-    area.extend(Vector2d(length, 0.0));
-    for (int k = 0; k < 8; ++k)
-    {
-      const Vector3d corner = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(k)) - start_;
-      area.extend(Vector2d(corner.dot(x_), corner.dot(y_)));
-    }
-    return area;
-  }
-
- private:
-  const World& world_;
-  Vector3d start_, x_, y_;
-  double radius_;
-
- public:
-  const double length;
-};
+constexpr double kSpacing = 0.05;  // [m] of the grid, about
 
 /// Lazy Theta*: a node believes that its parent's parent sees it, and finds out when its turn
 /// comes.

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "slalom/simulation/Vlp16Model.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "slalom/core/Math.h"
@@ -91,7 +93,13 @@ Vlp16Model::Scan Vlp16Model::nextScan(const World& world, const Motion& motion)
   const std::int64_t first = packetsUntil(revolution_), last = packetsUntil(revolution_ + 1);
   scan.packets.reserve(static_cast<std::size_t>(last - first));
   for (std::int64_t k = first; k < last; ++k)
-    scan.packets.push_back(packet(kPacketPeriod * static_cast<double>(k), world, motion));
+  {
+    const VelodynePacket next = packet(kPacketPeriod * static_cast<double>(k), world, motion);
+    const auto told = [](const VelodynePacket::Block& block) { return block.header != 0; };
+    if (std::none_of(std::begin(next.blocks), std::end(next.blocks), told)) continue;
+    if (scan.packets.empty()) scan.t = kPacketPeriod * static_cast<double>(k);
+    scan.packets.push_back(next);
+  }
   revolution_ += config_.record_every;
   return scan;
 }
@@ -103,8 +111,11 @@ VelodynePacket Vlp16Model::packet(double t, const World& world, const Motion& mo
   {
     VelodynePacket::Block& block = packet.blocks[b];
     const double start = t + 2 * b * VelodynePacket::kFiringPeriod;
-    block.header = 0xEEFF;
     block.azimuth = centidegrees(azimuth(start));
+    // What is outside the field of view is not told, which is not the same as no echo.
+    if (!sees(azimuth(start)) && !sees(azimuth(start + 2 * VelodynePacket::kFiringPeriod)))
+      continue;
+    block.header = 0xEEFF;
     fire(start, world, motion, block.returns);
     fire(start + VelodynePacket::kFiringPeriod, world, motion, block.returns + kLasers);
   }

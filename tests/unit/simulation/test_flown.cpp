@@ -185,7 +185,9 @@ const SensorSuite& fewRays()
 FlightTruth pastATree(double y, double speed = 1.5)
 {
   const World world = World::of({{{5.0, y}, 0.3, 6.0}}, {}, true);
-  SimulatedFlight flight(world, {}, fewRays(), {{0.0, 0.0, 1.5}, 0.0, 0.35}, 1);
+  AirframeConfig lag;  // it comes to its speed without a rest
+  lag.model = AirframeModel::Lag;
+  SimulatedFlight flight(world, lag, fewRays(), {{0.0, 0.0, 1.5}, 0.0, 0.35}, 1);
   while (flight.state().p_W.x() < 10.0) (void)flight.advance(0.05, {{speed, 0.0, 0.0}, 0.0});
   return flight.truth();
 }

@@ -2,6 +2,7 @@
 /** Sensors that see only a part, lose what they said, or are off. */
 #include <gtest/gtest.h>
 #include <mrpt/obs/CObservation.h>
+#include <mrpt/obs/CObservationVelodyneScan.h>
 
 #include <cmath>
 #include <map>
@@ -82,6 +83,33 @@ TEST(Vlp16Model, SeesWhatItsFieldOfViewHolds)
   for (const double fov : {180.0, 90.0, 30.0})
     EXPECT_NEAR(static_cast<double>(counts[fov]), static_cast<double>(counts[360.0]) * fov / 360.0,
                 kPacket);
+}
+
+/// Not to look is not to see nothing: only firings that looked into the open are told as silent.
+TEST(Vlp16Model, SaysNothingOfWhatItsFieldOfViewDoesNotHold)
+{
+  Shapes nothing;
+  nothing.ground = false;
+  const World open = World::of(std::move(nothing));
+  for (const double fov : {360.0, 90.0, 4.0})
+  {
+    SCOPED_TRACE(fov);
+    LidarConfig config;
+    config.fov_deg = fov;
+    Vlp16Model lidar(config, 1);
+    (void)lidar.nextScan(open, Hover{});
+    const auto scan = lidar.nextScan(open, Hover{});
+    const auto observation = mrpt_io::makeVelodyneObservation(0.0, scan.packets, lidar.mount());
+    core::RangeScan decoded;
+    std::map<std::string, std::uint64_t> dropped;
+    mrpt_io::decodeVelodyne(dynamic_cast<const mrpt::obs::CObservationVelodyneScan&>(*observation),
+                            decoded, dropped);
+    EXPECT_TRUE(decoded.points.empty());
+    ASSERT_FALSE(decoded.silent.empty());
+    for (const core::ScanPoint& ray : decoded.silent)
+      ASSERT_LE(std::abs(std::atan2(ray.p_S.y(), ray.p_S.x())),
+                (0.5 * fov + 0.5) * std::numbers::pi / 180.0);
+  }
 }
 
 /// Rays at their own time: a ball that comes nearer is nearer in the packets that were fired later.

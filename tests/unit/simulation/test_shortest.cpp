@@ -5,6 +5,7 @@
 #include <iostream>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "SharedData.h"
 #include "slalom/core/Rng.h"
@@ -190,5 +191,92 @@ TEST(ShortestPath, IsNotLongerThanWhatIsKnownOfTheForests)
   }
   EXPECT_GE(agreeing, forests - 2);
 }
+/// Of the points in the plane of the flight, by the definition: nobody has to search where all that
+/// is free is connected.
+Vector3d nearestByBruteForce(const World& world, const Vector3d& goal, const Vector3d& from,
+                             double clearance)
+{
+  constexpr double kStep = 0.02, kReach = 4.0;
+  std::vector<Vector3d> free;
+  double least = std::numeric_limits<double>::infinity();
+  for (double x = -kReach; x <= kReach; x += kStep)
+    for (double y = -kReach; y <= kReach; y += kStep)
+      if (const Vector3d p = goal + Vector3d(x, y, 0.0); world.distance(p) >= clearance)
+      {
+        free.push_back(p);
+        least = std::min(least, (p - goal).norm());
+      }
+  Vector3d best = Vector3d::Constant(1e9);
+  for (const Vector3d& p : free)
+    if ((p - goal).norm() <= least + kStep && (p - from).norm() < (best - from).norm()) best = p;
+  return best;
+}
+
+TEST(NearestReachable, IsTheFreePointNextToTheGoalAndToTheVehicle)
+{
+  for (std::uint64_t seed = 1; seed <= 20; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    core::Rng rng(seed);
+    const double trunk = rng.uniform(0.5, 1.5), clearance = rng.uniform(0.4, 1.0);
+    const Vector3d goal(10.0, rng.uniform(-2.0, 2.0), 1.5);
+    // Inside the trunk, and mostly not in its middle.
+    const Eigen::Vector2d centre(goal.x() + rng.uniform(-0.4, 0.4),
+                                 goal.y() + rng.uniform(-0.4, 0.4));
+    const World world = World::of({{centre, trunk, 6.0}, {{5.0, 0.3}, 0.4, 6.0}}, {}, true);
+    const double way = rng.uniform(-3.1, 3.1);
+    const Vector3d from = goal + 2.6 * Vector3d(std::cos(way), std::sin(way), 0.0);
+    const auto best = nearestReachable(world, {0.0, 0.0, 1.5}, goal, from, 0.35, clearance);
+    ASSERT_TRUE(best);
+    EXPECT_GE(world.distance(*best), clearance - 1e-3);
+    const Vector3d wanted = nearestByBruteForce(world, goal, from, clearance);
+    EXPECT_NEAR((*best - goal).norm(), (wanted - goal).norm(), 0.08);
+    EXPECT_LE((*best - from).norm(), (wanted - from).norm() + 0.08);
+  }
+  const World trunk = World::of({{{10.0, 0.0}, 1.5, 6.0}}, {}, true);
+  for (const double way : {-3.0, -1.2, 0.0, 0.7, 2.0})
+  {
+    SCOPED_TRACE(way);
+    const Vector3d goal(10.0, 0.0, 1.5), out(std::cos(way), std::sin(way), 0.0);
+    const auto best = nearestReachable(trunk, {0.0, 0.0, 1.5}, goal, goal + 3.0 * out, 0.35, 0.8);
+    ASSERT_TRUE(best);
+    EXPECT_LE((*best - (goal + 2.3 * out)).norm(), 0.1) << "any point of the circle will do";
+  }
+}
+
+TEST(NearestReachable, DoesNotLookBehindAWallWithoutAWayThrough)
+{
+  // A room around the goal whose door is 1.1 m wide, or shut.
+  const auto wall = [](double x0, double y0, double x1, double y1)
+  { return Box(Vector3d(x0, y0, 0.0), Vector3d(x1, y1, 6.0)); };
+  const auto room = [&wall](bool open)
+  {
+    std::vector<Box> boxes{wall(8.0, -3.0, 14.0, -2.8), wall(8.0, 2.8, 14.0, 3.0),
+                           wall(13.8, -3.0, 14.0, 3.0), wall(8.0, -3.0, 8.2, 0.5),
+                           wall(8.0, 1.6, 8.2, 3.0)};
+    if (!open) boxes.push_back(wall(8.0, 0.5, 8.2, 1.6));
+    return World::of({}, boxes, true);
+  };
+  const Vector3d start(0.0, 0.0, 1.5), goal(11.0, 0.0, 1.5);
+  const auto inside = nearestReachable(room(true), start, goal, start, 0.35, 0.8);
+  ASSERT_TRUE(inside);
+  EXPECT_LE((*inside - goal).norm(), 0.08);
+  const auto outside = nearestReachable(room(true), start, goal, start, 0.6, 0.8);
+  ASSERT_TRUE(outside) << "too wide for the door";
+  EXPECT_GE(room(true).distance(*outside), 0.8 - 1e-3);
+  const World open = room(true);
+  double least = std::numeric_limits<double>::infinity();  // of the points before the wall
+  for (double x = 6.0; x <= 8.0; x += 0.02)
+    for (double y = -3.0; y <= 3.0; y += 0.02)
+      if (const Vector3d p(x, y, 1.5); open.distance(p) >= 0.8)
+        least = std::min(least, (p - goal).norm());
+  EXPECT_NEAR((*outside - goal).norm(), least, 0.08);
+  EXPECT_LT(outside->x(), 8.0);
+  const auto shut = nearestReachable(room(false), start, goal, start, 0.35, 0.8);
+  ASSERT_TRUE(shut);
+  EXPECT_NEAR(shut->x(), 7.2, 0.1);
+  EXPECT_FALSE(nearestReachable(room(true), {8.1, -2.0, 1.5}, goal, start, 0.35, 0.8));
+}
+
 }  // namespace
 }  // namespace slalom::simulation

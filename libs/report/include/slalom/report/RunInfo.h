@@ -58,6 +58,7 @@ struct TrueFlight
   double max_speed_mps = 0.0, max_acceleration_mps2 = 0.0;  ///< norms
   std::uint64_t contacts = 0;
   std::optional<double> shortest_m;            ///< shortest way there, if all were known
+  std::optional<double> stop_error_m;          ///< blocked: to where it should have stopped
   std::optional<double> clearance_p05_m;       ///< nearer than this for 5 % of the time
   std::optional<double> min_mover_distance_m;  ///< centre to surface; absent without movers
   double acceleration_effort_m2_s3 = 0.0;      ///< integral of the squared acceleration

@@ -21,7 +21,7 @@ enum class AirframeModel
 /// [vehicle]. INI section [airframe].
 struct AirframeConfig
 {
-  AirframeModel model = AirframeModel::Lag;
+  AirframeModel model = AirframeModel::Quadrotor;
   double velocity_lag_s = 0.2;         ///< [s] with which the velocity follows the command
   double yaw_rate_lag_s = 0.1;         ///< [s] time constant of the yaw rate
   double command_delay_s = 0.02;       ///< [s] until it begins to obey

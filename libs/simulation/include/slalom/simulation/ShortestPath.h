@@ -28,4 +28,17 @@ namespace slalom::simulation
 [[nodiscard]] std::optional<double> shortestPath(const World& world, const Eigen::Vector3d& start_W,
                                                  const Eigen::Vector3d& goal_W, double radius);
 
+/** Where a vehicle should wait that cannot come to its goal: of the points that the ball can reach
+ * and that are `clearance` from everything that stands, those least far from the goal; of them, as
+ * they may be a whole circle, the one nearest to `from_W`. In the plane of shortestRoute(), within
+ * the world's bounds, on a grid of 0.05 m: true to about one of its cells.
+ *  @param radius [m] of the ball, >= 0
+ *  @param clearance [m] of its centre, >= radius
+ *  @return [m]; nullopt if there is none or the start is not free */
+[[nodiscard]] std::optional<Eigen::Vector3d> nearestReachable(const World& world,
+                                                              const Eigen::Vector3d& start_W,
+                                                              const Eigen::Vector3d& goal_W,
+                                                              const Eigen::Vector3d& from_W,
+                                                              double radius, double clearance);
+
 }  // namespace slalom::simulation

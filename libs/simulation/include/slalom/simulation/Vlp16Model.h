@@ -49,7 +49,10 @@ struct LidarConfig
 
 /** A Velodyne VLP-16 in strongest-return mode that turns without pause: 16 lasers fired one after
  * the other every 55.296 us while the head turns, each ray from where the vehicle is at that
- * moment. Packets are what the sensor sends, byte for byte; block azimuths are true to 0.01 deg.
+ * moment. Of azimuths outside the field of view nothing is sent; in a packet that is half outside,
+ * their blocks have no header. Outside the field of view nothing is sent: blocks of a packet half
+ * outside lack their header. Packets are what the sensor sends, byte for byte; block azimuths are
+ * true to 0.01 deg.
  *  @see VLP-16 user manual, section 9. Reflectivity is not modelled (constant). */
 class Vlp16Model
 {
@@ -60,7 +63,7 @@ class Vlp16Model
   /// The packets whose first firing falls into one revolution.
   struct Scan
   {
-    double t = 0.0;    ///< [s] first firing
+    double t = 0.0;    ///< [s] first firing that is told
     double end = 0.0;  ///< [s] when the last packet is complete
     std::vector<mrpt_io::VelodynePacket> packets;
   };
