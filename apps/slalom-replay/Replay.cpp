@@ -73,7 +73,7 @@ Replay::Replay(const Options& options)
       host_(settings_, settings_.replay, robot_, options.common.out)
 {
   const auto file = options.mission.empty() ? settings_.missionFile() : options.mission;
-  if (!file.empty()) mission_ = app::readMission(file);
+  if (!file.empty()) mission_ = app::readMission(file, settings_.engine);
   preflight_ = inspect(options.rawlog, settings_.input.truth_label, settings_.engine.state.wait_s);
   if (settings_.engine.state.source == engine::StateSourceKind::Auto)
   {

@@ -339,6 +339,7 @@ TEST_F(Fly, NamesWhatIsWrong)
       {world + "--start 0,0,1 --goal 8,0,1 --set fly.time_limit_s=-1", 2, "time_limit_s"},
       {world + "--start 0,0,1 --waypoints /nowhere.csv", 2, "/nowhere.csv"},
       {"--world /nowhere.csv --start 0,0,1 --goal 8,0,1", 3, "/nowhere.csv"},
+  spill(path("far.csv"), "x,y,z\n0,0,1\n-1e7,0,1\n");
       {"--world " + path("bad_world.csv") + " --start 0,0,1 --goal 8,0,1", 3, "bad_world.csv:2"},
       {world + "--start 4,0.2,1.5 --goal 8,0,1", 3, "start"},
       {world + "--start 4,0.7,1.5 --goal 8,0,1", 3, "radius is 0.35"}};
@@ -349,6 +350,10 @@ TEST_F(Fly, NamesWhatIsWrong)
     EXPECT_EQ(run.code, code) << run.output;
     EXPECT_NE(run.output.find(says), std::string::npos) << run.output;
     EXPECT_FALSE(fs::exists(path("refused")));
+      {world + "--start 0,0,1 --goal 30000,0,1", 2, "mission.max_length_m = 20000"},
+      {world + "--start 0,0,1 --goal 1e30,0,1", 2, "1e+30"},
+      {world + "--start 0,1e9,1 --goal 0,1e9,1", 2, "1000000"},
+      {world + "--start 0,0,1 --waypoints " + path("far.csv"), 2, "far.csv"},
   }
 }
 

@@ -221,8 +221,7 @@ Engine::~Engine() = default;
 
 void Engine::setMission(const Mission& mission)
 {
-  if (mission.waypoints_W.cols() == 0 || !mission.waypoints_W.allFinite())
-    throw std::invalid_argument("a mission needs at least one waypoint with finite coordinates");
+  check(mission, impl_->config);
   clearMission();
   impl_->waiting_mission = mission;
   impl_->standstill.restart();

@@ -18,6 +18,7 @@ using Eigen::Vector3d;
 
 constexpr double kSpacing = 0.05;    // [m] of the grid, about
 constexpr double kTolerance = 1e-4;  // [m] of free
+constexpr double kMostNodes = 4e6;   // of the grid: about 100 x 100 m
 constexpr double kStride = 5e-3;     // [m] least step along a line that grazes something
 
 /// The plane through start and goal, with its coordinates: x from start to goal, y across, level.
@@ -231,6 +232,11 @@ std::vector<Vector2d> Search::run()
   return path;
 }
 
+double nodesOf(const Plane& plane)
+{
+  return (plane.bounds().sizes() / kSpacing).prod();
+}
+
 double lengthOf(const std::vector<Vector2d>& path)
 {
   double length = 0.0;
@@ -300,7 +306,9 @@ std::optional<Eigen::Matrix3Xd> shortestRoute(const World& world, const Vector3d
   {
     if (plane.room({0.0, 0.0}) >= 0.0) path = {{0.0, 0.0}, {plane.length, 0.0}};
   }
-  else
+  else if (plane.seen({0.0, 0.0}, {plane.length, 0.0}))
+    path = {{0.0, 0.0}, {plane.length, 0.0}};
+  else if (nodesOf(plane) <= kMostNodes)
     path = Search(plane).run();
   if (path.empty()) return std::nullopt;
   pullTight(plane, path);

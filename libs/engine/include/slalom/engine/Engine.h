@@ -61,7 +61,9 @@ class Engine
   explicit Engine(const EngineConfig& config, StepHooks hooks = {});
   ~Engine();
 
-  /// Starts a mission at the vehicle's position; replaces the previous one. At least one waypoint.
+  /** Starts a mission at the vehicle's position; replaces the previous one. One that is too long
+   * only from there is refused by step(), with the reason in its record.
+   *  @throws std::invalid_argument if check() does */
   void setMission(const Mission& mission);
   void clearMission();
 

@@ -58,6 +58,7 @@ struct StateConfig
 struct MissionConfig
 {
   double goal_tolerance_m = 0.5;  ///< [m]
+  double max_length_m = 20000.0;  ///< [m] a longer mission is refused: its reference takes memory
   double knot_span_s = 0.2;       ///< [s] of the reference spline
   double speed_share = 0.9;       ///< [1] of the vehicle's speed limit that plans use
   double acceleration_share =
@@ -74,6 +75,8 @@ struct MissionConfig
     v("goal_tolerance_m", c.goal_tolerance_m, Range{0.01, 100.0},
       "the goal counts as reached within this");
     v("knot_span_s", c.knot_span_s, Range{0.02, 1.0}, "knot span of the reference spline",
+    v("max_length_m", c.max_length_m, Range{1.0, 1e6},
+      "a mission longer than this is refused; its reference takes memory in proportion");
       Level::Expert);
     v("speed_share", c.speed_share, Range{0.1, 1.0},
       "share of the vehicle's speed limit that plans use; the rest is reserve");
