@@ -25,13 +25,14 @@ int main(int argc, char** argv)
         app.add_option(
             "--waypoints", options.waypoints,
             "waypoints on the way (x,y,z per line); without --goal the last is the goal");
-        app.add_option("--seed", options.seed, "of all noise");
+        app.add_option("--seed", options.seed, "of all noise")
+            ->check(slalom::app::wholeNumber(0.0));
         app.add_option("--vehicle-state", options.vehicle_state,
                        "truth, or the estimate from the sensors; wins over [state] source")
             ->check(CLI::IsMember({"truth", "estimate"}));
         app.add_option("--time-limit,--duration", options.time_limit_s,
                        "simulated seconds; wins over [fly] time_limit_s")
-            ->check(CLI::PositiveNumber);
+            ->check(slalom::app::number(0.1, 1e5));
         app.add_option("--record", options.record, "rawlog of what the sensors said");
       },
       [&options] { return slalom::fly::run(options); });

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "SharedData.h"
 
@@ -367,6 +368,47 @@ TEST_F(Programs, DoctorFindsWhatTheReplayRefuses)
   EXPECT_NE(good.output.find("2 waypoints"), std::string::npos) << good.output;
 
   const std::pair<const char*, const char*> bad[] = {
+/// Every number on a command line is checked: name, value and bounds in one line, exit code 2.
+TEST_F(Programs, NameANumericOptionThatIsNotWhatItMustBe)
+{
+  const std::string flight = "--world " + path("world.csv") + " -o " + path("numbers");
+  const std::string fly = "/slalom-fly " + flight + " --start 0,0,1 --goal 8,0,1 ",
+                    play = "/slalom-replay --rawlog " + path("flight.rawlog") + " -o " +
+                           path("numbers") + " ",
+                    record = "/slalom-record " + flight + " --trajectory " + path("flown.csv") +
+                             " --rawlog " + path("numbers.rawlog") + " ",
+                    import = "/slalom-import --pcap " + path("none.pcap") + " --rawlog " +
+                             path("numbers.rawlog") + " ";
+  const std::vector<std::string> numbers{"nan", "inf", "-inf", "1e400", "x", "1x", ""};
+  const std::vector<std::tuple<std::string, std::string, std::vector<std::string>>> options{
+      {fly, "--seed", {"-1", "1.5", "18446744073709551616", "0x1"}},
+      {fly, "--time-limit", {"-1", "0", "1e9"}},
+      {play, "--start", {"-1", "1e12"}},
+      {play, "--duration", {"-1", "0"}},
+      {play, "--rate", {"-1"}},
+      {record, "--seed", {"-1", "1.5"}},
+      {record, "--speed", {"-1", "0", "1e9"}},
+      {record, "--acceleration", {"-1", "0", "1e9"}},
+      {import, "--mount", {"1e9,0,0"}}};
+  for (const auto& [program, option, own] : options)
+  {
+    std::vector<std::string> values = numbers;
+    values.insert(values.end(), own.begin(), own.end());
+    for (const std::string& value : values)
+    {
+      SCOPED_TRACE(program.substr(1, 13) + option + "=" + value);
+      const Result run = call(kBin + program + option + "='" + value + "'");
+      EXPECT_EQ(run.code, 2) << run.output;
+      EXPECT_NE(run.output.find(option), std::string::npos) << run.output;
+      EXPECT_FALSE(fs::exists(path("numbers")));
+    }
+  }
+  const Result run = call(kBin + fly + "--seed -1");
+  EXPECT_EQ(run.code, 2) << run.output;
+  EXPECT_NE(run.output.find("--seed: -1: a whole number from 0 to"), std::string::npos)
+      << run.output;
+}
+
       {"[mapping]\nresolutoin_m = 0.2\n", "resolution_m"},
       {"[mappping]\nresolution_m = 0.2\n", "[mappping]"},
       {"[vehicle]\nradius_m = nan\n", "bad.ini:2"},
