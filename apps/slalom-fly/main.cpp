@@ -12,7 +12,8 @@ int main(int argc, char** argv)
       "vehicle only by velocity commands; whether it touched anything is judged from the world's "
       "geometry. The same seed gives the same flight.\n"
       "Exit codes: 0 goal reached without contact; 2 usage or configuration; 3 world or start "
-      "unusable; 4 goal not reached (GOAL_BLOCKED, UNREACHABLE, FAILED or TIMEOUT in "
+      "unusable; 4 goal not reached (GOAL_BLOCKED, UNREACHABLE, SENSOR_LOST, FAILED or "
+      "TIMEOUT in "
       "metrics.json); "
       "5 collision; 6 slower than [fly] min_realtime_factor; 130 interrupted; 1 internal error",
       [&options](CLI::App& app)

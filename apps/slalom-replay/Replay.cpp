@@ -183,6 +183,10 @@ report::RunResult Replay::judge() const
     set(ExitCode::kGoalNotReached, "NO_STATE", "the estimator never had enough to start");
   else
     set(ExitCode::kGoalNotReached, "TIMEOUT",
+  else if (host_.status() == "SENSOR_LOST")
+    set(ExitCode::kGoalNotReached, "SENSOR_LOST",
+        "a sensor is silent or too slow at the end, " + std::string(distance) +
+            " before the goal; cycles.csv says which");
         "the recording ends " + std::string(distance) + " before the goal");
   return result;
 }

@@ -227,6 +227,41 @@ std::vector<Fault> sensorFaults()
                                    {
                                      scan.points.clear();
                                      return true;
+      {"scans stop, sensor_timeout_s = 3",
+       "for ever",
+       [](Scene& s)
+       {
+         s.config.mission.sensor_timeout_s = 3.0;
+         loseAllBut(s, kForEver, false);
+       },
+       {"SAFE_STOP", "SENSOR_LOST"},
+       {EngineStatus::SensorLost},
+       3.5},
+      {"state lost, sensor_timeout_s = 3",
+       "for ever",
+       [](Scene& s)
+       {
+         s.config.mission.sensor_timeout_s = 3.0;
+         loseAllBut(s, kForEver, true);
+       },
+       {"SAFE_STOP", "SENSOR_LOST"},
+       {EngineStatus::SensorLost},
+       2.5},
+      {"scans empty, sensor_timeout_s = 3",
+       "for ever",
+       [](Scene& s)
+       {
+         s.config.mission.sensor_timeout_s = 3.0;
+         onSensor<core::RangeScan>(s, kForEver,
+                                   [](core::RangeScan& scan)
+                                   {
+                                     scan.points.clear();
+                                     return true;
+                                   });
+       },
+       {"SAFE_STOP", "SENSOR_LOST"},
+       {EngineStatus::SensorLost},
+       3.5},
                                    });
        },
        kStops,
@@ -543,6 +578,53 @@ TEST(Gate, DoesNotTouchTheCommandsOfAnEagerHost)
     harness.over = [](double t, EngineStatus) { return t > 20.0; };
     const test::FlightOutcome outcome = harness.fly(kStart, {Eigen::Vector3d(4.0, 0.0, 1.5)}, 21.0);
     for (const auto& [reason, count] : outcome.statistics.gate)
+/// A lidar of 0.5 Hz, as the settings are: one stop, one reason, and the end.
+TEST(SlowSensor, IsOneStopThatNamesItsRateAndTheKey)
+{
+  const test::AnalyticField world = test::flightForest(4, 0.12, kLength);
+  engine::EngineConfig config = test::flightConfig();
+  FlightHarness harness(world, config);
+  harness.azimuths = 90;
+  harness.faults.sensor = [](core::Measurement& measurement)
+  {
+    const auto* scan = std::get_if<core::RangeScan>(&measurement);
+    return !scan || std::lround(scan->t * 10.0) % 20 == 0;
+  };
+  std::vector<core::Event> events;
+  harness.listener = [&](const core::CycleRecord& cycle, const Eigen::Vector3d&)
+  { events.insert(events.end(), cycle.events.begin(), cycle.events.end()); };
+  const test::FlightOutcome flight =
+      harness.fly(kStart, {Eigen::Vector3d(kLength, 0.0, 1.5)}, 40.0);
+  EXPECT_EQ(flight.status, EngineStatus::SensorLost) << toString(flight.status);
+  EXPECT_EQ(flight.statistics.safe_stops, 1u);
+  EXPECT_EQ(flight.statistics.safe_recoveries, 0u);
+  ASSERT_FALSE(events.empty());
+  EXPECT_EQ(events.back().name, "SENSOR_LOST");
+  for (const char* word : {"every 2 s", "safety.map_timeout_s = 1 s", "mission.sensor_timeout_s"})
+    EXPECT_NE(events.back().detail.find(word), std::string::npos) << events.back().detail;
+  EXPECT_LT(flight.duration_s, 2.0 + 1.0 + config.mission.sensor_timeout_s + 1.0);
+}
+
+/// The time-out of the sensors ends what would never end, and nothing else: a mission in which they
+/// come back in time arrives.
+TEST(SilentSensor, LosesNothingWhenItComesBackInTime)
+{
+  for (const double silence_s : {3.0, 7.0})
+  {
+    SCOPED_TRACE(silence_s);
+    Scene scene;
+    loseAllBut(scene, silence_s, false);
+    FlightHarness harness(scene.forest, scene.config);
+    harness.azimuths = 90;
+    harness.faults = scene.faults;
+    harness.faults.world = [&](double t, const Eigen::Vector3d&) { scene.t = t; };
+    const test::FlightOutcome flight = harness.fly(kStart, scene.mission, 60.0);
+    EXPECT_EQ(flight.status, EngineStatus::GoalReached) << toString(flight.status);
+    EXPECT_EQ(flight.statistics.safe_stops, 1u);
+    EXPECT_EQ(flight.statistics.safe_recoveries, 1u);
+  }
+}
+
       ADD_FAILURE() << reason << ", " << count << " times";
     EXPECT_EQ(outcome.statistics.safe_stops, 0u);
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -29,6 +30,8 @@ std::string_view toString(EngineStatus status)
       return "GOAL_BLOCKED";
     case EngineStatus::Unreachable:
       return "UNREACHABLE";
+    case EngineStatus::SensorLost:
+      return "SENSOR_LOST";
   }
   return "?";
 }
@@ -43,7 +46,9 @@ core::VelocityCommand Engine::Impl::run(Cycle& cycle)
   if (!state)
   {
     status = EngineStatus::WaitingForState;
-    return stop(cycle, "no state estimate yet (" + source.name() + ")");
+    const core::VelocityCommand halt = stop(cycle, "no state estimate yet (" + source.name() + ")");
+    giveUpWithoutSensors(cycle);
+    return halt;
   }
   record.state = *state;
   predictor.observe(*state);
@@ -76,8 +81,28 @@ core::VelocityCommand Engine::Impl::run(Cycle& cycle)
       cycle.drive && (record.refined.cols() > 0 || standstill.stuck() || scan_refused);
   status = flight ? judge.judge(*flight, refinements, onReference(), record, cycle.dt, could_go)
                   : EngineStatus::NoMission;
+  giveUpWithoutSensors(cycle);
   if (flight && cycle.drive && cycle.unsafe.empty()) cycle.unsafe = doubt(record);
   return wanted;
+}
+
+/// A stop for want of a sensor ends the mission when it lasts.
+void Engine::Impl::giveUpWithoutSensors(Cycle& cycle)
+{
+  // Scans that contradict the map are heard; the judge ends a mission that waits for better ones.
+  if (!flight || !cycle.drive || scan_refused) return sensors.reset();
+  const double t = cycle.record.t;
+  std::optional<double> map_age_s;
+  if (const auto map = currentMap())
+    map_age_s = t - map->field->stamp();
+  else if (config.rates.require_map || pipeline.latestMap())
+    map_age_s = std::numeric_limits<double>::infinity();
+  std::string missing = sensors.missing(t, source, map_age_s);
+  if (missing.empty() ||
+      (status != EngineStatus::Navigating && status != EngineStatus::WaitingForState))
+    return;
+  status = EngineStatus::SensorLost;
+  cycle.record.reason = std::move(missing);
 }
 
 /// What is left of the local planner's period; with everything in one thread only caps bound it.
@@ -241,7 +266,11 @@ void Engine::add(const core::Measurement& measurement)
 {
   const Stopwatch watch;
   impl_->source.add(measurement);
-  if (const auto* scan = std::get_if<core::RangeScan>(&measurement)) impl_->scans.add(*scan);
+  if (const auto* scan = std::get_if<core::RangeScan>(&measurement))
+  {
+    impl_->scans.add(*scan);
+    impl_->scan_label = scan->label;
+  }
   impl_->estimate_s += watch.seconds();
 }
 

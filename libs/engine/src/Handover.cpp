@@ -20,6 +20,8 @@ Hold handOver(const Situation& now, local_planner::LocalPlannerInput& input)
   if (now.stuck) return {Kind::Safety, "the position does not follow the commands: brake"};
 
   const auto& refined = now.refinements.refined();
+  if (!now.slow.empty()) return {Kind::Safety, now.slow + ": brake"};
+
   const bool map_is_fresh = now.map && now.t - now.map->field->stamp() <= safety.map_timeout_s;
   if (map_is_fresh && refined)
   {

@@ -40,6 +40,7 @@ struct Situation
   bool refused;                          ///< the newest scan contradicts the map
   bool mapped;                           ///< there has been a map, if only of another frame
 };
+  std::string slow;  ///< why scans come too rarely to fly by; empty: they do not
 
 /** Chooses what the local planner follows, and in which map: fills field, reference and law of
  * `input`, or leaves them empty and says why. */

@@ -27,6 +27,8 @@ enum class EngineStatus
                 ///< leaves when the map clears
   Unreachable   ///< at rest in mid-mission for longer than mission.blocked_timeout_s, or no farther
                 ///< on R for mission.progress_timeout_s; leaves when it moves again
+  SensorLost    ///< a sensor that the mission is flown by has been silent, or too slow, for longer
+                ///< than mission.sensor_timeout_s; leaves when it is heard again
 };
 [[nodiscard]] std::string_view toString(EngineStatus status);
 
