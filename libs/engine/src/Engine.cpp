@@ -148,10 +148,10 @@ core::VelocityCommand Engine::Impl::plan(Cycle& cycle)
   input.deadline = localDeadline(cycle);
   input.disturbance_W = predictor.disturbance();
   input.movers = record.movers;
-  Hold hold =
-      handOver({config, *flight, refinements, source, currentMap(), record.t, record.state.t,
-                standstill.stuck(), scan_refused, pipeline.latestMap() != nullptr},
-               input);
+  Hold hold = handOver({config, *flight, refinements, source, currentMap(), record.t,
+                        record.state.t, judge.blocked(), standstill.stuck(), scan_refused,
+                        pipeline.latestMap() != nullptr, sensors.slowScans()},
+                       input);
   if (input.reference)
   {
     clock.advance(cycle.dt, *input.reference, *input.law, input.state.p_L);

@@ -23,9 +23,9 @@ enum class EngineStatus
   NoMission,        ///< mapping only
   Navigating,
   GoalReached,  ///< within the tolerance; latched until the next mission
-  GoalBlocked,  ///< at rest at the reachable point nearest to a goal that is occupied or cut off;
-                ///< leaves when the map clears
-  Unreachable   ///< at rest in mid-mission for longer than mission.blocked_timeout_s, or no farther
+  GoalBlocked,  ///< holds at the reachable point nearest to a goal that is occupied or cut off;
+                ///< leaves when plans have led to the goal again for two seconds
+  Unreachable,  ///< at rest in mid-mission for longer than mission.blocked_timeout_s, or no farther
                 ///< on R for mission.progress_timeout_s; leaves when it moves again
   SensorLost    ///< a sensor that the mission is flown by has been silent, or too slow, for longer
                 ///< than mission.sensor_timeout_s; leaves when it is heard again
