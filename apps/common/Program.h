@@ -189,6 +189,10 @@ inline int runProgram(int argc, char** argv, const std::string& name, const std:
   {
     return complain(std::string("internal error: ") + e.what(), kInternalError);
   }
+  catch (...)
+  {
+    return complain("internal error: unknown", kInternalError);
+  }
 }
 
 }  // namespace slalom::app

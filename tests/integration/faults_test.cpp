@@ -99,6 +99,15 @@ void failSolver(Scene& scene, double seconds)
   };
 }
 
+/// Something that is not even a std::exception.
+std::function<void()> throwingANumber(const Scene& scene, double seconds)
+{
+  return [&scene, seconds]
+  {
+    if (scene.now(seconds)) throw 42;
+  };
+}
+
 std::function<void()> throwing(const Scene& scene, double seconds)
 {
   return [&scene, seconds]
@@ -218,15 +227,6 @@ std::vector<Fault> sensorFaults()
        kStops,
        {EngineStatus::Navigating},
        3.5},
-      {"scans empty",
-       "for ever",
-       [](Scene& s)
-       {
-         onSensor<core::RangeScan>(s, kForEver,
-                                   [](core::RangeScan& scan)
-                                   {
-                                     scan.points.clear();
-                                     return true;
       {"scans stop, sensor_timeout_s = 3",
        "for ever",
        [](Scene& s)
@@ -262,6 +262,15 @@ std::vector<Fault> sensorFaults()
        {"SAFE_STOP", "SENSOR_LOST"},
        {EngineStatus::SensorLost},
        3.5},
+      {"scans empty",
+       "for ever",
+       [](Scene& s)
+       {
+         onSensor<core::RangeScan>(s, kForEver,
+                                   [](core::RangeScan& scan)
+                                   {
+                                     scan.points.clear();
+                                     return true;
                                    });
        },
        kStops,
@@ -324,6 +333,24 @@ std::vector<Fault> plannerFaults()
        kArrives},
       {"global planner throws", "for ever",
        [](Scene& s) { s.hooks.global = throwing(s, kForEver); }, kStops, kGivesUp, 8.0},
+      {"mapper throws a number", "2 s", [](Scene& s) { s.hooks.map = throwingANumber(s, 2.0); },
+       kStopsAndGoesOn, kArrives},
+      {"mapper and global planner throw numbers, in threads",
+       "2 s",
+       [](Scene& s)
+       {
+         s.config.rates.threaded = true;
+         s.hooks.map = s.hooks.global = throwingANumber(s, 2.0);
+       },
+       {"GOAL_REACHED"},
+       kArrives},
+      {"local planner throws a number", "2 s",
+       [](Scene& s)
+       {
+         s.hooks.local = [fails = throwingANumber(s, 2.0)](local_planner::LocalPlannerInput&)
+         { fails(); };
+       },
+       kStopsAndGoesOn, kArrives, 2.5},
       {"local planner throws", "2 s",
        [](Scene& s) {
          s.hooks.local = [fails = throwing(s, 2.0)](local_planner::LocalPlannerInput&) { fails(); };
@@ -551,33 +578,6 @@ std::string testName(const testing::TestParamInfo<Fault>& info)
   return name;
 }
 
-/// Nothing is wrong when the host changes its mind, and what nothing is wrong with goes unchanged.
-TEST(Gate, DoesNotTouchTheCommandsOfAnEagerHost)
-{
-  const test::AnalyticField open({test::VerticalCylinder{{5.0, 9.0}, 0.3}});
-  for (const double delay : {0.0, 0.15})
-  {
-    SCOPED_TRACE(delay);
-    engine::EngineConfig config = test::flightConfig();
-    config.vehicle.command_delay_s = delay;
-    FlightHarness harness(open, config);
-    harness.azimuths = 90;
-    harness.command_delay_s = delay;
-    core::Rng rng(3);
-    double next = 1.5;
-    harness.faults.host = [&](double t, engine::Engine& engine)
-    {
-      if (t < next) return true;
-      next = t + rng.uniform(0.3, 2.0);
-      if (rng.uniform(0.0, 1.0) < 0.3)
-        engine.clearMission();
-      else
-        engine.setMission({Eigen::Vector3d(rng.uniform(-4.0, 4.0), rng.uniform(-4.0, 4.0), 1.5)});
-      return true;
-    };
-    harness.over = [](double t, EngineStatus) { return t > 20.0; };
-    const test::FlightOutcome outcome = harness.fly(kStart, {Eigen::Vector3d(4.0, 0.0, 1.5)}, 21.0);
-    for (const auto& [reason, count] : outcome.statistics.gate)
 /// A lidar of 0.5 Hz, as the settings are: one stop, one reason, and the end.
 TEST(SlowSensor, IsOneStopThatNamesItsRateAndTheKey)
 {
@@ -625,6 +625,33 @@ TEST(SilentSensor, LosesNothingWhenItComesBackInTime)
   }
 }
 
+/// Nothing is wrong when the host changes its mind, and what nothing is wrong with goes unchanged.
+TEST(Gate, DoesNotTouchTheCommandsOfAnEagerHost)
+{
+  const test::AnalyticField open({test::VerticalCylinder{{5.0, 9.0}, 0.3}});
+  for (const double delay : {0.0, 0.15})
+  {
+    SCOPED_TRACE(delay);
+    engine::EngineConfig config = test::flightConfig();
+    config.vehicle.command_delay_s = delay;
+    FlightHarness harness(open, config);
+    harness.azimuths = 90;
+    harness.command_delay_s = delay;
+    core::Rng rng(3);
+    double next = 1.5;
+    harness.faults.host = [&](double t, engine::Engine& engine)
+    {
+      if (t < next) return true;
+      next = t + rng.uniform(0.3, 2.0);
+      if (rng.uniform(0.0, 1.0) < 0.3)
+        engine.clearMission();
+      else
+        engine.setMission({Eigen::Vector3d(rng.uniform(-4.0, 4.0), rng.uniform(-4.0, 4.0), 1.5)});
+      return true;
+    };
+    harness.over = [](double t, EngineStatus) { return t > 20.0; };
+    const test::FlightOutcome outcome = harness.fly(kStart, {Eigen::Vector3d(4.0, 0.0, 1.5)}, 21.0);
+    for (const auto& [reason, count] : outcome.statistics.gate)
       ADD_FAILURE() << reason << ", " << count << " times";
     EXPECT_EQ(outcome.statistics.safe_stops, 0u);
   }

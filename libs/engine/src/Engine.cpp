@@ -298,6 +298,12 @@ core::CycleRecord Engine::step(double t, bool drive)
     cycle.unsafe = record.reason;
     ++me.statistics.dropped["cycle: internal error"];
   }
+  catch (...)  // not even an exception: somebody's plain value
+  {
+    wanted = {};
+    record.reason = cycle.unsafe = "internal error: unknown: brake";
+    ++me.statistics.dropped["cycle: internal error"];
+  }
   try
   {
     me.release(cycle, wanted);
@@ -307,6 +313,11 @@ core::CycleRecord Engine::step(double t, bool drive)
   {
     record.command = me.last_command = {};
     record.reason = error.what();
+  }
+  catch (...)
+  {
+    record.command = me.last_command = {};
+    record.reason = "internal error: unknown";
   }
   return record;
 }
