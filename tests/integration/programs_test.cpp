@@ -124,10 +124,20 @@ TEST_F(Programs, ReplayIsBitIdenticalAndVerifies)
                 slurp(path(std::string("second/") + name)))
         << name;
 
+  EXPECT_EQ(metrics("second")["verify"]["equal"], true);
+  EXPECT_EQ(metrics("second")["result"]["code"], 0);
+  EXPECT_FALSE(metrics("first").contains("verify"));
+
   const Result other =
       replayFlight("third", "--verify " + path("first") + " --set global_planner.clearance_m=0.9");
   EXPECT_EQ(other.code, 7) << other.output;
   EXPECT_NE(other.output.find("first differing cycle"), std::string::npos) << other.output;
+  const auto m = metrics("third");
+  EXPECT_EQ(m["result"]["code"], 7) << "as the program exits";
+  EXPECT_EQ(m["success"], false);
+  EXPECT_EQ(m["verify"]["equal"], false);
+  EXPECT_NE(m["verify"]["message"].get<std::string>().find("first differing cycle"),
+            std::string::npos);
 }
 
 TEST_F(Programs, VerifyNeedsAnotherRunToCompareWith)
