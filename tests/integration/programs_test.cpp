@@ -339,6 +339,7 @@ TEST_F(Fly, NamesWhatIsWrong)
 {
   const std::string bin = kBin + "/slalom-fly -q -o " + path("refused") + " ";
   const std::string world = "--world " + path("hall.ini") + " ";
+  spill(path("far.csv"), "x,y,z\n0,0,1\n-1e7,0,1\n");
   spill(path("bad_world.csv"), "x,y,radius,height\n1,2,three,4\n");
   const std::tuple<std::string, int, const char*> bad[] = {
       {world + "--start 0,0,1.5", 2, "--goal"},
@@ -349,8 +350,11 @@ TEST_F(Fly, NamesWhatIsWrong)
       {world + "--start 0,0,1 --goal 8,0,1 --set airframe.velocity_lga_s=1", 2, "velocity_lag_s"},
       {world + "--start 0,0,1 --goal 8,0,1 --set fly.time_limit_s=-1", 2, "time_limit_s"},
       {world + "--start 0,0,1 --waypoints /nowhere.csv", 2, "/nowhere.csv"},
+      {world + "--start 0,0,1 --goal 30000,0,1", 2, "mission.max_length_m = 20000"},
+      {world + "--start 0,0,1 --goal 1e30,0,1", 2, "1e+30"},
+      {world + "--start 0,1e9,1 --goal 0,1e9,1", 2, "1000000"},
+      {world + "--start 0,0,1 --waypoints " + path("far.csv"), 2, "far.csv"},
       {"--world /nowhere.csv --start 0,0,1 --goal 8,0,1", 3, "/nowhere.csv"},
-  spill(path("far.csv"), "x,y,z\n0,0,1\n-1e7,0,1\n");
       {"--world " + path("bad_world.csv") + " --start 0,0,1 --goal 8,0,1", 3, "bad_world.csv:2"},
       {world + "--start 4,0.2,1.5 --goal 8,0,1", 3, "start"},
       {world + "--start 4,0.7,1.5 --goal 8,0,1", 3, "radius is 0.35"}};
@@ -361,23 +365,9 @@ TEST_F(Fly, NamesWhatIsWrong)
     EXPECT_EQ(run.code, code) << run.output;
     EXPECT_NE(run.output.find(says), std::string::npos) << run.output;
     EXPECT_FALSE(fs::exists(path("refused")));
-      {world + "--start 0,0,1 --goal 30000,0,1", 2, "mission.max_length_m = 20000"},
-      {world + "--start 0,0,1 --goal 1e30,0,1", 2, "1e+30"},
-      {world + "--start 0,1e9,1 --goal 0,1e9,1", 2, "1000000"},
-      {world + "--start 0,0,1 --waypoints " + path("far.csv"), 2, "far.csv"},
   }
 }
 
-TEST_F(Programs, DoctorFindsWhatTheReplayRefuses)
-{
-  const auto examine = [&](const std::string& more)
-  { return call(kBin + "/slalom-doctor " + more); };
-  spill(path("good.ini"), "[vehicle]\nradius_m = 0.3\n[replay]\nmission = mission.csv\n");
-  const Result good = examine("-c " + path("good.ini"));
-  EXPECT_EQ(good.code, 0) << good.output;
-  EXPECT_NE(good.output.find("2 waypoints"), std::string::npos) << good.output;
-
-  const std::pair<const char*, const char*> bad[] = {
 /// Every number on a command line is checked: name, value and bounds in one line, exit code 2.
 TEST_F(Programs, NameANumericOptionThatIsNotWhatItMustBe)
 {
@@ -419,6 +409,16 @@ TEST_F(Programs, NameANumericOptionThatIsNotWhatItMustBe)
       << run.output;
 }
 
+TEST_F(Programs, DoctorFindsWhatTheReplayRefuses)
+{
+  const auto examine = [&](const std::string& more)
+  { return call(kBin + "/slalom-doctor " + more); };
+  spill(path("good.ini"), "[vehicle]\nradius_m = 0.3\n[replay]\nmission = mission.csv\n");
+  const Result good = examine("-c " + path("good.ini"));
+  EXPECT_EQ(good.code, 0) << good.output;
+  EXPECT_NE(good.output.find("2 waypoints"), std::string::npos) << good.output;
+
+  const std::pair<const char*, const char*> bad[] = {
       {"[mapping]\nresolutoin_m = 0.2\n", "resolution_m"},
       {"[mappping]\nresolution_m = 0.2\n", "[mappping]"},
       {"[vehicle]\nradius_m = nan\n", "bad.ini:2"},
@@ -461,6 +461,50 @@ TEST_F(Programs, EveryProgramHasHelpAndVersion)
 }
 
 /// The recordings of Debian's mrpt-common: what each must be answered with.
+/// A flight of an experiment as it is shipped: what it has to show, and how it ends.
+struct Shipped
+{
+  std::string name;
+  int code;
+  std::string ends;
+  double within_m;  ///< mean error of the estimate, against the truth in the recording
+};
+
+class ShippedFlight : public testing::TestWithParam<Shipped>
+{
+};
+
+TEST_P(ShippedFlight, IsReplayed)
+{
+  const Shipped& shipped = GetParam();
+  const fs::path folder = fs::path(SLALOM_SOURCE_DIR) / "datasets" / shipped.name;
+  const fs::path out =
+      fs::temp_directory_path() / ("slalom_" + shipped.name + "_" + std::to_string(getpid()));
+  const Result run = call(kBin + "/slalom-replay -q --set report.picture_interval_s=2 --rawlog " +
+                          (folder / "flight.rawlog").string() + " -c " +
+                          (folder / "flight.ini").string() + " -o " + out.string());
+  EXPECT_EQ(run.code, shipped.code) << run.output;
+  const auto m = nlohmann::json::parse(slurp(out / "metrics.json"));
+  EXPECT_EQ(m["result"]["name"], shipped.ends);
+  EXPECT_LT(m["tracking"]["estimate_error_m"]["mean"], shipped.within_m);
+  EXPECT_GT(m["length_m"], 2.0) << "it flies";
+  EXPECT_GT(m["planning"]["replans"], 10);
+  for (const char* name : {"overview.png", "timing.png", "tracking.png", "cycles/000000.png"})
+    EXPECT_GT(fs::file_size(out / name), 5000u) << name;
+  // As long as the truth is, and never far from it.
+  std::ifstream truth(out / "truth.tum"), estimate(out / "estimate.tum");
+  EXPECT_TRUE(std::string(std::istreambuf_iterator<char>(truth), {}).size() > 1000);
+  EXPECT_TRUE(std::string(std::istreambuf_iterator<char>(estimate), {}).size() > 1000);
+  EXPECT_LE(fs::file_size(folder / "flight.rawlog"), 3u << 20);
+  fs::remove_all(out);
+}
+INSTANTIATE_TEST_SUITE_P(Datasets, ShippedFlight,
+                         testing::Values(Shipped{"e1_circle", 0, "GOAL_REACHED", 0.3},
+                                         Shipped{"e2_blocked_goal", 4, "GOAL_BLOCKED", 0.3},
+                                         Shipped{"e3_cluttered", 0, "GOAL_REACHED", 0.3},
+                                         Shipped{"e4_forest", 0, "GOAL_REACHED", 0.3}),
+                         [](const auto& info) { return info.param.name; });
+
 struct Installed
 {
   const char* file;
