@@ -503,7 +503,7 @@ INSTANTIATE_TEST_SUITE_P(Datasets, ShippedFlight,
                                          Shipped{"e2_blocked_goal", 4, "GOAL_BLOCKED", 0.3},
                                          Shipped{"e3_cluttered", 0, "GOAL_REACHED", 0.3},
                                          Shipped{"e4_forest", 0, "GOAL_REACHED", 0.3}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& flight) { return flight.param.name; });
 
 struct Installed
 {

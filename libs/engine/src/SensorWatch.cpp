@@ -20,7 +20,7 @@ void SensorWatch::heardScan(const std::string& label, double end_t)
   if (scan_t_ && end_t <= *scan_t_) return;
   interval_s_ = scan_t_ ? end_t - *scan_t_ : 0.0;
   scan_t_ = end_t;
-  label_ = label;
+  label_ = label.empty() ? "the range sensor" : label;
 }
 
 std::string SensorWatch::slowScans() const
@@ -39,8 +39,10 @@ std::string SensorWatch::complaint(double t, const StateSource& source,
   const double timeout = config_.safety.map_timeout_s;
   if (!map_age_s) return {};
   if (!scan_t_) return "no scan of any range sensor";
+  constexpr double kMissed = 1.5;  // [1] of the usual interval
+  std::string slow = slowScans();
+  if (!slow.empty() && t - *scan_t_ < kMissed * interval_s_) return slow;
   if (t - *scan_t_ > timeout) return "no scan of " + label_;
-  if (std::string slow = slowScans(); !slow.empty()) return slow;
   return *map_age_s > timeout ? "no map of the scans of " + label_ : std::string();
 }
 
