@@ -33,11 +33,17 @@ navigator::NavigationParams3D goalOf(const engine::Mission& mission, double tole
 }
 }  // namespace
 
-engine::Mission readMission(const std::filesystem::path& file)
+engine::Mission readMission(const std::filesystem::path& file, const engine::EngineConfig& config)
 {
   try
   {
-    return {spline::readWaypoints(file).points_W};
+    const engine::Mission mission{spline::readWaypoints(file).points_W};
+    engine::check(mission, config);
+    return mission;
+  }
+  catch (const std::invalid_argument& error)
+  {
+    throw mrpt_io::ConfigError(file.string() + ": " + error.what());
   }
   catch (const std::runtime_error& error)
   {

@@ -15,8 +15,9 @@
 
 namespace slalom::app
 {
-/// Waypoints of a file. @throws mrpt_io::ConfigError
-[[nodiscard]] engine::Mission readMission(const std::filesystem::path& file);
+/// Waypoints of a file, not more than can be flown. @throws mrpt_io::ConfigError
+[[nodiscard]] engine::Mission readMission(const std::filesystem::path& file,
+                                          const engine::EngineConfig& config);
 
 /** The host of a navigator plugin, as slalom-replay and slalom-fly are: loads it, steps it in the
  * time of the vehicle, and writes the report of what it did.

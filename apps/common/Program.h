@@ -18,12 +18,15 @@
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <iomanip>
 #include <iostream>
 #include <new>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "slalom/core/TextTable.h"
 #include "slalom/mrpt_io/IniDocument.h"
 #include "slalom/mrpt_io/RawlogReader.h"
 
@@ -67,6 +70,37 @@ inline void onInterrupt(int)
 [[nodiscard]] inline bool interrupted()
 {
   return detail::interrupted != 0;
+}
+
+/// For numeric options: a finite number within bounds. CLI's own checks let nan pass, and -1 for
+/// 2^64 - 1.
+[[nodiscard]] inline CLI::Validator number(double low, double high)
+{
+  const auto check = [low, high](const std::string& text) -> std::string
+  {
+    const auto value = core::parseNumber(text);
+    if (value && *value >= low && *value <= high) return {};
+    std::ostringstream message;
+    message << text << ": a number from " << std::setprecision(16) << low << " to " << high
+            << " is needed";
+    return message.str();
+  };
+  return {check, "", "number"};
+}
+/// Likewise for whole numbers; the largest that a double holds exactly is 2^53.
+[[nodiscard]] inline CLI::Validator wholeNumber(double low, double high = 9007199254740992.0)
+{
+  const auto check = [low, high](const std::string& text) -> std::string
+  {
+    const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+    const auto value = core::parseNumber(text);
+    if (digits && value && *value >= low && *value <= high) return {};
+    std::ostringstream message;
+    message << text << ": a whole number from " << std::setprecision(16) << low << " to " << high
+            << " is needed";
+    return message.str();
+  };
+  return {check, "", "whole number"};
 }
 
 /// The options that most programs have.
@@ -154,6 +188,10 @@ inline int runProgram(int argc, char** argv, const std::string& name, const std:
   catch (const std::exception& e)
   {
     return complain(std::string("internal error: ") + e.what(), kInternalError);
+  }
+  catch (...)
+  {
+    return complain("internal error: unknown", kInternalError);
   }
 }
 

@@ -19,6 +19,7 @@ struct General
   std::string columns;  ///< names of figures, in order of the table
   std::string configs, settings;
   std::string shortest_exceptions;
+  bool record = false;
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
@@ -28,6 +29,7 @@ struct General
     v("configs", c.configs, "settings files of slalom-fly for every flight, in order");
     v("settings", c.settings,
       "section.key=value for every flight, separated by blanks; a group's own come after");
+    v("record", c.record, "write flight.rawlog into every flight's folder, for slalom-replay");
     v("shortest_exceptions", c.shortest_exceptions,
       "worlds of --data that are compared with the shortest path for 0.5 m instead of 0.3 m");
   }

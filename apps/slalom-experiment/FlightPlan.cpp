@@ -193,6 +193,8 @@ void Planner::add(const Group& group, const fs::path& world, const Mission& miss
   if (!names_.insert(flight.name).second)
     throw ConfigError("[group." + group.name + "]: two flights would be called " + flight.name);
   flight.folder = out_ / "flights" / flight.name;
+  if (experiment_.general.record)
+    arguments.insert(arguments.end(), {"--record", (flight.folder / "flight.rawlog").string()});
   flight.key = keyOf(arguments);
   flights_.push_back(std::move(flight));
 }

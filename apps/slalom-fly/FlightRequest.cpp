@@ -49,15 +49,32 @@ app::FlySettings readSettings(const Options& options)
   return app::readFlySettings(document);
 }
 
-engine::Mission missionOf(const Options& options)
+engine::Mission missionOf(const Options& options, const engine::EngineConfig& config)
 {
   engine::Mission mission;
-  if (!options.waypoints.empty()) mission = app::readMission(options.waypoints);
+  if (!options.waypoints.empty()) mission = app::readMission(options.waypoints, config);
   if (options.goal.empty()) return mission;
   const Eigen::Index n = mission.waypoints_W.cols();
   mission.waypoints_W.conservativeResize(3, n + 1);
   mission.waypoints_W.col(n) = pointOf("--goal", options.goal);
   return mission;
+}
+
+/// From the start on. @throws UsageError naming what cannot be flown
+void check(const engine::Mission& mission, const Eigen::Vector3d& start,
+           const engine::EngineConfig& config)
+{
+  engine::Mission whole;
+  whole.waypoints_W.resize(3, mission.waypoints_W.cols() + 1);
+  whole.waypoints_W << start, mission.waypoints_W;
+  try
+  {
+    engine::check(whole, config);
+  }
+  catch (const std::invalid_argument& error)
+  {
+    throw app::UsageError(std::string("--start, --goal, --waypoints: ") + error.what());
+  }
 }
 
 double headingTo(const engine::Mission& mission, const Eigen::Vector3d& from)
@@ -76,9 +93,10 @@ FlightRequest readRequest(const Options& options)
   if (options.goal.empty() && options.waypoints.empty())
     throw app::UsageError("--goal or --waypoints is needed");
   app::FlySettings settings = readSettings(options);
-  engine::Mission mission = missionOf(options);
+  engine::Mission mission = missionOf(options, settings.engine);
   simulation::FlightStart start;
   start.p_W = pointOf("--start", options.start);
+  check(mission, start.p_W, settings.engine);
   start.yaw = headingTo(mission, start.p_W);
   start.radius_m = settings.engine.vehicle.radius_m;
   return {std::move(settings),

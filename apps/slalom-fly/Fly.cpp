@@ -205,6 +205,9 @@ std::optional<report::RunResult> Fly::outcome()
     return resultOf(ExitCode::kDone, "GOAL_REACHED", where);
   if (host_.status() == "UNREACHABLE")
     return resultOf(ExitCode::kGoalNotReached, "UNREACHABLE", "no way on was found, " + where);
+  if (host_.status() == "SENSOR_LOST")
+    return resultOf(ExitCode::kGoalNotReached, "SENSOR_LOST",
+                    "stopped " + where + ": " + robot_.lastDetail());
   if (robot_.navigationFailed())
     return resultOf(ExitCode::kGoalNotReached, "FAILED",
                     "the navigator gave up, " + where + ": " + robot_.lastDetail());

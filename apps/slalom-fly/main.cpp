@@ -12,7 +12,8 @@ int main(int argc, char** argv)
       "vehicle only by velocity commands; whether it touched anything is judged from the world's "
       "geometry. The same seed gives the same flight.\n"
       "Exit codes: 0 goal reached without contact; 2 usage or configuration; 3 world or start "
-      "unusable; 4 goal not reached (GOAL_BLOCKED, UNREACHABLE, FAILED or TIMEOUT in "
+      "unusable; 4 goal not reached (GOAL_BLOCKED, UNREACHABLE, SENSOR_LOST, FAILED or "
+      "TIMEOUT in "
       "metrics.json); "
       "5 collision; 6 slower than [fly] min_realtime_factor; 130 interrupted; 1 internal error",
       [&options](CLI::App& app)
@@ -25,13 +26,14 @@ int main(int argc, char** argv)
         app.add_option(
             "--waypoints", options.waypoints,
             "waypoints on the way (x,y,z per line); without --goal the last is the goal");
-        app.add_option("--seed", options.seed, "of all noise");
+        app.add_option("--seed", options.seed, "of all noise")
+            ->check(slalom::app::wholeNumber(0.0));
         app.add_option("--vehicle-state", options.vehicle_state,
                        "truth, or the estimate from the sensors; wins over [state] source")
             ->check(CLI::IsMember({"truth", "estimate"}));
         app.add_option("--time-limit,--duration", options.time_limit_s,
                        "simulated seconds; wins over [fly] time_limit_s")
-            ->check(CLI::PositiveNumber);
+            ->check(slalom::app::number(0.1, 1e5));
         app.add_option("--record", options.record, "rawlog of what the sensors said");
       },
       [&options] { return slalom::fly::run(options); });

@@ -93,6 +93,7 @@ int main(int argc, char** argv)
         app.add_option("--mount", options.mount,
                        "sensor on the vehicle: x,y,z[,yaw,pitch,roll] [m, deg]")
             ->delimiter(',')
+            ->check(app::number(-1e4, 1e4))
             ->allow_extra_args(false);
         app.add_flag("-w,--overwrite", options.overwrite, "an existing rawlog may be replaced");
         app.add_flag("-q,--quiet", options.quiet, "print nothing but errors");

@@ -16,13 +16,14 @@ int main(int argc, char** argv)
                        "octree (.bt, .ot), trees (.csv: x,y,radius,height) or shapes (.ini)");
         app.add_option("--trajectory", options.trajectory,
                        "waypoints (csv: x,y,z[,yaw_rad]) or poses (TUM)");
-        app.add_option("--seed", options.seed, "of all noise");
+        app.add_option("--seed", options.seed, "of all noise")
+            ->check(slalom::app::wholeNumber(0.0));
         app.add_option("--rawlog", options.rawlog, "recording to write");
         app.add_option("--speed", options.speed, "m/s per axis; wins over [flight] speed_mps")
-            ->check(CLI::PositiveNumber);
+            ->check(slalom::app::number(0.05, 30.0));
         app.add_option("--acceleration", options.acceleration,
                        "m/s^2 per axis; wins over [flight] acceleration_mps2")
-            ->check(CLI::PositiveNumber);
+            ->check(slalom::app::number(0.05, 9.0));
         app.add_flag("--allow-collision", options.allow_collision,
                      "fly even where the path touches the world");
         app.add_option("--make-forest", options.make_forest,

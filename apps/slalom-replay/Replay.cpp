@@ -2,7 +2,9 @@
 #include "Replay.h"
 
 #include <chrono>
+#include <fstream>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
 
@@ -16,6 +18,7 @@
 #include "Verify.h"
 #include "slalom/mrpt_io/MemoryLimit.h"
 #include "slalom/mrpt_io/RawlogReader.h"
+#include "slalom/report/AtomicFile.h"
 
 namespace slalom::replay
 {
@@ -50,6 +53,7 @@ class Replay
   [[nodiscard]] double realtimeFactor() const;
   void checkVerify() const;
   [[nodiscard]] report::RunSummary summarise(report::RunResult result) const;
+  void addVerdict(const Verdict& verdict, int code) const;
   int finish();
 
   const Options& options_;
@@ -73,7 +77,7 @@ Replay::Replay(const Options& options)
       host_(settings_, settings_.replay, robot_, options.common.out)
 {
   const auto file = options.mission.empty() ? settings_.missionFile() : options.mission;
-  if (!file.empty()) mission_ = app::readMission(file);
+  if (!file.empty()) mission_ = app::readMission(file, settings_.engine);
   preflight_ = inspect(options.rawlog, settings_.input.truth_label, settings_.engine.state.wait_s);
   if (settings_.engine.state.source == engine::StateSourceKind::Auto)
   {
@@ -179,6 +183,10 @@ report::RunResult Replay::judge() const
   else if (host_.status() == "UNREACHABLE")
     set(ExitCode::kGoalNotReached, "UNREACHABLE",
         "no way on was found, " + std::string(distance) + " before the goal");
+  else if (host_.status() == "SENSOR_LOST")
+    set(ExitCode::kGoalNotReached, "SENSOR_LOST",
+        "a sensor is silent or too slow at the end, " + std::string(distance) +
+            " before the goal; cycles.csv says which");
   else if (host_.status() == "WAITING_FOR_STATE")
     set(ExitCode::kGoalNotReached, "NO_STATE", "the estimator never had enough to start");
   else
@@ -221,6 +229,25 @@ report::RunResult Replay::finalResult() const
   return result;
 }
 
+/// metrics.json is there before the runs can be compared; the verdict becomes part of it.
+void Replay::addVerdict(const Verdict& verdict, int code) const
+{
+  const auto file = options_.common.out / "metrics.json";
+  std::ifstream in(file);
+  auto json = nlohmann::ordered_json::parse(in);
+  json["verify"] = {{"against", options_.verify.string()},
+                    {"equal", verdict.equal},
+                    {"message", verdict.message}};
+  if (code == ExitCode::kRegression)
+  {
+    json["result"]["code"] = code;
+    json["result"]["message"] =
+        json["result"]["message"].get<std::string>() + "; not equal: " + verdict.message;
+    json["success"] = false;
+  }
+  report::writeFileAtomically(file, json.dump(2) + "\n");
+}
+
 int Replay::finish()
 {
   const report::RunSummary summary = summarise(finalResult());
@@ -234,7 +261,10 @@ int Replay::finish()
   std::cout << (verdict.equal ? "verified: " : "NOT EQUAL: ") << verdict.message << "\n";
   const bool worse_already =
       summary.result.code != ExitCode::kDone && summary.result.code != ExitCode::kGoalNotReached;
-  return verdict.equal || worse_already ? summary.result.code : int(ExitCode::kRegression);
+  const int code =
+      verdict.equal || worse_already ? summary.result.code : int(ExitCode::kRegression);
+  addVerdict(verdict, code);
+  return code;
 }
 
 /// A --verify that could only compare a run with itself, or with nothing, is a mistake of the

@@ -20,11 +20,11 @@ int main(int argc, char** argv)
         app.add_option("--mission", options.mission,
                        "waypoint file (x,y,z per line); wins over [replay] mission");
         app.add_option("--start", options.start_s, "seconds of the recording to skip")
-            ->check(CLI::NonNegativeNumber);
+            ->check(slalom::app::number(0.0, 1e9));
         app.add_option("--duration", options.duration_s, "seconds of the recording to play")
-            ->check(CLI::PositiveNumber);
+            ->check(slalom::app::number(1e-3, 1e9));
         app.add_option("--rate", options.rate, "times real time; 0 = as fast as possible")
-            ->check(CLI::NonNegativeNumber);
+            ->check(slalom::app::number(0.0, 1e6));
         app.add_flag("--threaded", options.threaded,
                      "mapper and global planner in threads of their own");
         app.add_option("--verify", options.verify,

@@ -112,7 +112,8 @@ class FlightHarness
   {
     return status == engine::EngineStatus::GoalReached ||
            status == engine::EngineStatus::GoalBlocked ||
-           status == engine::EngineStatus::Unreachable;
+           status == engine::EngineStatus::Unreachable ||
+           status == engine::EngineStatus::SensorLost;
   };
 
   FlightOutcome fly(const Eigen::Vector3d& start, const engine::Mission& mission,

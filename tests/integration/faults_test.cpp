@@ -99,6 +99,15 @@ void failSolver(Scene& scene, double seconds)
   };
 }
 
+/// Something that is not even a std::exception.
+std::function<void()> throwingANumber(const Scene& scene, double seconds)
+{
+  return [&scene, seconds]
+  {
+    if (scene.now(seconds)) throw 42;
+  };
+}
+
 std::function<void()> throwing(const Scene& scene, double seconds)
 {
   return [&scene, seconds]
@@ -218,6 +227,41 @@ std::vector<Fault> sensorFaults()
        kStops,
        {EngineStatus::Navigating},
        3.5},
+      {"scans stop, sensor_timeout_s = 3",
+       "for ever",
+       [](Scene& s)
+       {
+         s.config.mission.sensor_timeout_s = 3.0;
+         loseAllBut(s, kForEver, false);
+       },
+       {"SAFE_STOP", "SENSOR_LOST"},
+       {EngineStatus::SensorLost},
+       3.5},
+      {"state lost, sensor_timeout_s = 3",
+       "for ever",
+       [](Scene& s)
+       {
+         s.config.mission.sensor_timeout_s = 3.0;
+         loseAllBut(s, kForEver, true);
+       },
+       {"SAFE_STOP", "SENSOR_LOST"},
+       {EngineStatus::SensorLost},
+       2.5},
+      {"scans empty, sensor_timeout_s = 3",
+       "for ever",
+       [](Scene& s)
+       {
+         s.config.mission.sensor_timeout_s = 3.0;
+         onSensor<core::RangeScan>(s, kForEver,
+                                   [](core::RangeScan& scan)
+                                   {
+                                     scan.points.clear();
+                                     return true;
+                                   });
+       },
+       {"SAFE_STOP", "SENSOR_LOST"},
+       {EngineStatus::SensorLost},
+       3.5},
       {"scans empty",
        "for ever",
        [](Scene& s)
@@ -289,6 +333,24 @@ std::vector<Fault> plannerFaults()
        kArrives},
       {"global planner throws", "for ever",
        [](Scene& s) { s.hooks.global = throwing(s, kForEver); }, kStops, kGivesUp, 8.0},
+      {"mapper throws a number", "2 s", [](Scene& s) { s.hooks.map = throwingANumber(s, 2.0); },
+       kStopsAndGoesOn, kArrives},
+      {"mapper and global planner throw numbers, in threads",
+       "2 s",
+       [](Scene& s)
+       {
+         s.config.rates.threaded = true;
+         s.hooks.map = s.hooks.global = throwingANumber(s, 2.0);
+       },
+       {"GOAL_REACHED"},
+       kArrives},
+      {"local planner throws a number", "2 s",
+       [](Scene& s)
+       {
+         s.hooks.local = [fails = throwingANumber(s, 2.0)](local_planner::LocalPlannerInput&)
+         { fails(); };
+       },
+       kStopsAndGoesOn, kArrives, 2.5},
       {"local planner throws", "2 s",
        [](Scene& s) {
          s.hooks.local = [fails = throwing(s, 2.0)](local_planner::LocalPlannerInput&) { fails(); };
@@ -514,6 +576,53 @@ std::string testName(const testing::TestParamInfo<Fault>& info)
   for (char& c : name)
     if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
   return name;
+}
+
+/// A lidar of 0.5 Hz, as the settings are: one stop, one reason, and the end.
+TEST(SlowSensor, IsOneStopThatNamesItsRateAndTheKey)
+{
+  const test::AnalyticField world = test::flightForest(4, 0.12, kLength);
+  engine::EngineConfig config = test::flightConfig();
+  FlightHarness harness(world, config);
+  harness.azimuths = 90;
+  harness.faults.sensor = [](core::Measurement& measurement)
+  {
+    const auto* scan = std::get_if<core::RangeScan>(&measurement);
+    return !scan || std::lround(scan->t * 10.0) % 20 == 0;
+  };
+  std::vector<core::Event> events;
+  harness.listener = [&](const core::CycleRecord& cycle, const Eigen::Vector3d&)
+  { events.insert(events.end(), cycle.events.begin(), cycle.events.end()); };
+  const test::FlightOutcome flight =
+      harness.fly(kStart, {Eigen::Vector3d(kLength, 0.0, 1.5)}, 40.0);
+  EXPECT_EQ(flight.status, EngineStatus::SensorLost) << toString(flight.status);
+  EXPECT_EQ(flight.statistics.safe_stops, 1u);
+  EXPECT_EQ(flight.statistics.safe_recoveries, 0u);
+  ASSERT_FALSE(events.empty());
+  EXPECT_EQ(events.back().name, "SENSOR_LOST");
+  for (const char* word : {"every 2 s", "safety.map_timeout_s = 1 s", "mission.sensor_timeout_s"})
+    EXPECT_NE(events.back().detail.find(word), std::string::npos) << events.back().detail;
+  EXPECT_LT(flight.duration_s, 2.0 + 1.0 + config.mission.sensor_timeout_s + 1.0);
+}
+
+/// The time-out of the sensors ends what would never end, and nothing else: a mission in which they
+/// come back in time arrives.
+TEST(SilentSensor, LosesNothingWhenItComesBackInTime)
+{
+  for (const double silence_s : {3.0, 7.0})
+  {
+    SCOPED_TRACE(silence_s);
+    Scene scene;
+    loseAllBut(scene, silence_s, false);
+    FlightHarness harness(scene.forest, scene.config);
+    harness.azimuths = 90;
+    harness.faults = scene.faults;
+    harness.faults.world = [&](double t, const Eigen::Vector3d&) { scene.t = t; };
+    const test::FlightOutcome flight = harness.fly(kStart, scene.mission, 60.0);
+    EXPECT_EQ(flight.status, EngineStatus::GoalReached) << toString(flight.status);
+    EXPECT_EQ(flight.statistics.safe_stops, 1u);
+    EXPECT_EQ(flight.statistics.safe_recoveries, 1u);
+  }
 }
 
 /// Nothing is wrong when the host changes its mind, and what nothing is wrong with goes unchanged.

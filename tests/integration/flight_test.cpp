@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 #include <vector>
 
@@ -91,6 +92,74 @@ TEST(Flight, EndsBlockedBeforeAGoalInsideATrunk)
   EXPECT_EQ(flight.status, EngineStatus::GoalBlocked) << toString(flight.status);
   EXPECT_GE(flight.min_clearance_m, test::flightConfig().vehicle.radius_m);
   EXPECT_LE(flight.min_clearance_m, 1.3) << "it must come near";
+}
+
+/// The centre of a trunk is a goal as any other: the verdict comes once and stays.
+class GoalInATrunk : public testing::TestWithParam<std::uint64_t>
+{
+};
+
+TEST_P(GoalInATrunk, EndsBlockedOnceAndStaysSo)
+{
+  SCOPED_TRACE(GetParam());
+  core::Rng rng(GetParam());
+  const double radius = rng.uniform(0.2, 1.5);
+  const Eigen::Vector3d goal(rng.uniform(7.0, 11.0), rng.uniform(-2.0, 2.0), 1.5);
+  std::vector<test::Obstacle> trees{test::VerticalCylinder{goal.head<2>(), radius}};
+  while (trees.size() < 12)
+  {
+    const Eigen::Vector2d c(rng.uniform(0.0, kLength + 3.0), rng.uniform(-6.0, 6.0));
+    const double r = rng.uniform(0.2, 0.4);
+    if (c.norm() > r + 1.5 && (c - goal.head<2>()).norm() > radius + r + 0.2)
+      trees.push_back(test::VerticalCylinder{c, r});
+  }
+  const test::AnalyticField world(std::move(trees));
+  FlightHarness harness(world, test::flightConfig());
+  harness.azimuths = 120;
+  std::vector<std::string> events;
+  double blocked_t = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d blocked_p = Eigen::Vector3d::Zero();
+  harness.listener = [&](const core::CycleRecord& cycle, const Eigen::Vector3d& p)
+  {
+    for (const core::Event& event : cycle.events)
+    {
+      events.push_back(event.name);
+      if (event.name != "GOAL_BLOCKED") continue;
+      blocked_t = std::min(blocked_t, cycle.t);
+      blocked_p = p;
+    }
+  };
+  harness.over = [&](double t, EngineStatus) { return t > blocked_t + 10.0; };
+  const test::FlightOutcome flight = harness.fly(kStart, {goal}, 60.0);
+  EXPECT_EQ(flight.status, EngineStatus::GoalBlocked) << toString(flight.status);
+  EXPECT_EQ(std::count(events.begin(), events.end(), "GOAL_BLOCKED"), 1);
+  ASSERT_FALSE(events.empty());
+  EXPECT_EQ(events.back(), "GOAL_BLOCKED") << "and nothing after it";
+  EXPECT_LT((harness.position() - blocked_p).norm(), 0.3) << "it stays where it is";
+  EXPECT_LT(harness.velocity().norm(), 0.02);
+  EXPECT_LT((harness.position() - goal).norm(), radius + 2.0) << "it must come near";
+  EXPECT_GE(flight.min_clearance_m, test::flightConfig().vehicle.radius_m);
+}
+INSTANTIATE_TEST_SUITE_P(Seeds, GoalInATrunk, testing::Range<std::uint64_t>(1, 11));
+
+TEST(Flight, ABlockedGoalThatIsClearedIsFlownTo)
+{
+  const test::AnalyticField trunk({test::VerticalCylinder{{8.0, 0.0}, 0.5}});
+  bool there = true;
+  const auto solid = [&](const Eigen::Vector3d& p)
+  { return there ? trunk.signedDistance(p) : p.z() + 10.0; };
+  FlightHarness harness(test::FlightWorld::of(solid), test::flightConfig());
+  harness.azimuths = 120;
+  double blocked_t = std::numeric_limits<double>::infinity();
+  harness.over = [&](double t, EngineStatus status)
+  {
+    if (status == EngineStatus::GoalBlocked) blocked_t = std::min(blocked_t, t);
+    there = t < blocked_t + 2.0;
+    return status == EngineStatus::GoalReached;
+  };
+  const test::FlightOutcome flight = harness.fly(kStart, {Eigen::Vector3d(8.0, 0.0, 1.5)}, 60.0);
+  EXPECT_LT(blocked_t, 40.0);
+  EXPECT_EQ(flight.status, EngineStatus::GoalReached) << toString(flight.status);
 }
 
 TEST(Flight, OfALoopIsNotOverBeforeItIsFlown)

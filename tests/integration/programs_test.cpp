@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "SharedData.h"
 
@@ -123,10 +124,20 @@ TEST_F(Programs, ReplayIsBitIdenticalAndVerifies)
                 slurp(path(std::string("second/") + name)))
         << name;
 
+  EXPECT_EQ(metrics("second")["verify"]["equal"], true);
+  EXPECT_EQ(metrics("second")["result"]["code"], 0);
+  EXPECT_FALSE(metrics("first").contains("verify"));
+
   const Result other =
       replayFlight("third", "--verify " + path("first") + " --set global_planner.clearance_m=0.9");
   EXPECT_EQ(other.code, 7) << other.output;
   EXPECT_NE(other.output.find("first differing cycle"), std::string::npos) << other.output;
+  const auto m = metrics("third");
+  EXPECT_EQ(m["result"]["code"], 7) << "as the program exits";
+  EXPECT_EQ(m["success"], false);
+  EXPECT_EQ(m["verify"]["equal"], false);
+  EXPECT_NE(m["verify"]["message"].get<std::string>().find("first differing cycle"),
+            std::string::npos);
 }
 
 TEST_F(Programs, VerifyNeedsAnotherRunToCompareWith)
@@ -328,6 +339,7 @@ TEST_F(Fly, NamesWhatIsWrong)
 {
   const std::string bin = kBin + "/slalom-fly -q -o " + path("refused") + " ";
   const std::string world = "--world " + path("hall.ini") + " ";
+  spill(path("far.csv"), "x,y,z\n0,0,1\n-1e7,0,1\n");
   spill(path("bad_world.csv"), "x,y,radius,height\n1,2,three,4\n");
   const std::tuple<std::string, int, const char*> bad[] = {
       {world + "--start 0,0,1.5", 2, "--goal"},
@@ -338,6 +350,10 @@ TEST_F(Fly, NamesWhatIsWrong)
       {world + "--start 0,0,1 --goal 8,0,1 --set airframe.velocity_lga_s=1", 2, "velocity_lag_s"},
       {world + "--start 0,0,1 --goal 8,0,1 --set fly.time_limit_s=-1", 2, "time_limit_s"},
       {world + "--start 0,0,1 --waypoints /nowhere.csv", 2, "/nowhere.csv"},
+      {world + "--start 0,0,1 --goal 30000,0,1", 2, "mission.max_length_m = 20000"},
+      {world + "--start 0,0,1 --goal 1e30,0,1", 2, "1e+30"},
+      {world + "--start 0,1e9,1 --goal 0,1e9,1", 2, "1000000"},
+      {world + "--start 0,0,1 --waypoints " + path("far.csv"), 2, "far.csv"},
       {"--world /nowhere.csv --start 0,0,1 --goal 8,0,1", 3, "/nowhere.csv"},
       {"--world " + path("bad_world.csv") + " --start 0,0,1 --goal 8,0,1", 3, "bad_world.csv:2"},
       {world + "--start 4,0.2,1.5 --goal 8,0,1", 3, "start"},
@@ -350,6 +366,47 @@ TEST_F(Fly, NamesWhatIsWrong)
     EXPECT_NE(run.output.find(says), std::string::npos) << run.output;
     EXPECT_FALSE(fs::exists(path("refused")));
   }
+}
+
+/// Every number on a command line is checked: name, value and bounds in one line, exit code 2.
+TEST_F(Programs, NameANumericOptionThatIsNotWhatItMustBe)
+{
+  const std::string flight = "--world " + path("world.csv") + " -o " + path("numbers");
+  const std::string fly = "/slalom-fly " + flight + " --start 0,0,1 --goal 8,0,1 ",
+                    play = "/slalom-replay --rawlog " + path("flight.rawlog") + " -o " +
+                           path("numbers") + " ",
+                    record = "/slalom-record " + flight + " --trajectory " + path("flown.csv") +
+                             " --rawlog " + path("numbers.rawlog") + " ",
+                    import = "/slalom-import --pcap " + path("none.pcap") + " --rawlog " +
+                             path("numbers.rawlog") + " ";
+  const std::vector<std::string> numbers{"nan", "inf", "-inf", "1e400", "x", "1x", ""};
+  const std::vector<std::tuple<std::string, std::string, std::vector<std::string>>> options{
+      {fly, "--seed", {"-1", "1.5", "18446744073709551616", "0x1"}},
+      {fly, "--time-limit", {"-1", "0", "1e9"}},
+      {play, "--start", {"-1", "1e12"}},
+      {play, "--duration", {"-1", "0"}},
+      {play, "--rate", {"-1"}},
+      {record, "--seed", {"-1", "1.5"}},
+      {record, "--speed", {"-1", "0", "1e9"}},
+      {record, "--acceleration", {"-1", "0", "1e9"}},
+      {import, "--mount", {"1e9,0,0"}}};
+  for (const auto& [program, option, own] : options)
+  {
+    std::vector<std::string> values = numbers;
+    values.insert(values.end(), own.begin(), own.end());
+    for (const std::string& value : values)
+    {
+      SCOPED_TRACE(program.substr(1, 13) + option + "=" + value);
+      const Result run = call(kBin + program + option + "='" + value + "'");
+      EXPECT_EQ(run.code, 2) << run.output;
+      EXPECT_NE(run.output.find(option), std::string::npos) << run.output;
+      EXPECT_FALSE(fs::exists(path("numbers")));
+    }
+  }
+  const Result run = call(kBin + fly + "--seed -1");
+  EXPECT_EQ(run.code, 2) << run.output;
+  EXPECT_NE(run.output.find("--seed: -1: a whole number from 0 to"), std::string::npos)
+      << run.output;
 }
 
 TEST_F(Programs, DoctorFindsWhatTheReplayRefuses)
@@ -404,6 +461,50 @@ TEST_F(Programs, EveryProgramHasHelpAndVersion)
 }
 
 /// The recordings of Debian's mrpt-common: what each must be answered with.
+/// A flight of an experiment as it is shipped: what it has to show, and how it ends.
+struct Shipped
+{
+  std::string name;
+  int code;
+  std::string ends;
+  double within_m;  ///< mean error of the estimate, against the truth in the recording
+};
+
+class ShippedFlight : public testing::TestWithParam<Shipped>
+{
+};
+
+TEST_P(ShippedFlight, IsReplayed)
+{
+  const Shipped& shipped = GetParam();
+  const fs::path folder = fs::path(SLALOM_SOURCE_DIR) / "datasets" / shipped.name;
+  const fs::path out =
+      fs::temp_directory_path() / ("slalom_" + shipped.name + "_" + std::to_string(getpid()));
+  const Result run = call(kBin + "/slalom-replay -q --set report.picture_interval_s=2 --rawlog " +
+                          (folder / "flight.rawlog").string() + " -c " +
+                          (folder / "flight.ini").string() + " -o " + out.string());
+  EXPECT_EQ(run.code, shipped.code) << run.output;
+  const auto m = nlohmann::json::parse(slurp(out / "metrics.json"));
+  EXPECT_EQ(m["result"]["name"], shipped.ends);
+  EXPECT_LT(m["tracking"]["estimate_error_m"]["mean"], shipped.within_m);
+  EXPECT_GT(m["length_m"], 2.0) << "it flies";
+  EXPECT_GT(m["planning"]["replans"], 10);
+  for (const char* name : {"overview.png", "timing.png", "tracking.png", "cycles/000000.png"})
+    EXPECT_GT(fs::file_size(out / name), 5000u) << name;
+  // As long as the truth is, and never far from it.
+  std::ifstream truth(out / "truth.tum"), estimate(out / "estimate.tum");
+  EXPECT_TRUE(std::string(std::istreambuf_iterator<char>(truth), {}).size() > 1000);
+  EXPECT_TRUE(std::string(std::istreambuf_iterator<char>(estimate), {}).size() > 1000);
+  EXPECT_LE(fs::file_size(folder / "flight.rawlog"), 3u << 20);
+  fs::remove_all(out);
+}
+INSTANTIATE_TEST_SUITE_P(Datasets, ShippedFlight,
+                         testing::Values(Shipped{"e1_circle", 0, "GOAL_REACHED", 0.3},
+                                         Shipped{"e2_blocked_goal", 4, "GOAL_BLOCKED", 0.3},
+                                         Shipped{"e3_cluttered", 0, "GOAL_REACHED", 0.3},
+                                         Shipped{"e4_forest", 0, "GOAL_REACHED", 0.3}),
+                         [](const auto& flight) { return flight.param.name; });
+
 struct Installed
 {
   const char* file;

@@ -40,7 +40,9 @@ void describeMission(const Flight& flight, const Refinements& refinements, doubl
                      core::CycleRecord& record)
 {
   const spline::UniformBSpline& r = *flight.reference_L;
-  record.reference = samplePath(r, r.start(), r.end(), 0.2);
+  constexpr double kStep_s = 0.2, kMostPoints = 5000.0;
+  record.reference =
+      samplePath(r, r.start(), r.end(), std::max(kStep_s, r.duration() / kMostPoints));
   record.progress_s = on_reference;
   record.reference_point_L = r.position(on_reference);
   record.distance_to_goal_m = (record.state.p_L - r.position(r.end())).norm();

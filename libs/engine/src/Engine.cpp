@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -29,6 +30,8 @@ std::string_view toString(EngineStatus status)
       return "GOAL_BLOCKED";
     case EngineStatus::Unreachable:
       return "UNREACHABLE";
+    case EngineStatus::SensorLost:
+      return "SENSOR_LOST";
   }
   return "?";
 }
@@ -43,7 +46,9 @@ core::VelocityCommand Engine::Impl::run(Cycle& cycle)
   if (!state)
   {
     status = EngineStatus::WaitingForState;
-    return stop(cycle, "no state estimate yet (" + source.name() + ")");
+    const core::VelocityCommand halt = stop(cycle, "no state estimate yet (" + source.name() + ")");
+    giveUpWithoutSensors(cycle);
+    return halt;
   }
   record.state = *state;
   predictor.observe(*state);
@@ -76,8 +81,28 @@ core::VelocityCommand Engine::Impl::run(Cycle& cycle)
       cycle.drive && (record.refined.cols() > 0 || standstill.stuck() || scan_refused);
   status = flight ? judge.judge(*flight, refinements, onReference(), record, cycle.dt, could_go)
                   : EngineStatus::NoMission;
+  giveUpWithoutSensors(cycle);
   if (flight && cycle.drive && cycle.unsafe.empty()) cycle.unsafe = doubt(record);
   return wanted;
+}
+
+/// A stop for want of a sensor ends the mission when it lasts.
+void Engine::Impl::giveUpWithoutSensors(Cycle& cycle)
+{
+  // Scans that contradict the map are heard; the judge ends a mission that waits for better ones.
+  if (!flight || !cycle.drive || scan_refused) return sensors.reset();
+  const double t = cycle.record.t;
+  std::optional<double> map_age_s;
+  if (const auto map = currentMap())
+    map_age_s = t - map->field->stamp();
+  else if (config.rates.require_map || pipeline.latestMap())
+    map_age_s = std::numeric_limits<double>::infinity();
+  std::string missing = sensors.missing(t, source, map_age_s);
+  if (missing.empty() ||
+      (status != EngineStatus::Navigating && status != EngineStatus::WaitingForState))
+    return;
+  status = EngineStatus::SensorLost;
+  cycle.record.reason = std::move(missing);
 }
 
 /// What is left of the local planner's period; with everything in one thread only caps bound it.
@@ -123,10 +148,10 @@ core::VelocityCommand Engine::Impl::plan(Cycle& cycle)
   input.deadline = localDeadline(cycle);
   input.disturbance_W = predictor.disturbance();
   input.movers = record.movers;
-  Hold hold =
-      handOver({config, *flight, refinements, source, currentMap(), record.t, record.state.t,
-                standstill.stuck(), scan_refused, pipeline.latestMap() != nullptr},
-               input);
+  Hold hold = handOver({config, *flight, refinements, source, currentMap(), record.t,
+                        record.state.t, judge.blocked(), standstill.stuck(), scan_refused,
+                        pipeline.latestMap() != nullptr, sensors.slowScans()},
+                       input);
   if (input.reference)
   {
     clock.advance(cycle.dt, *input.reference, *input.law, input.state.p_L);
@@ -221,8 +246,7 @@ Engine::~Engine() = default;
 
 void Engine::setMission(const Mission& mission)
 {
-  if (mission.waypoints_W.cols() == 0 || !mission.waypoints_W.allFinite())
-    throw std::invalid_argument("a mission needs at least one waypoint with finite coordinates");
+  check(mission, impl_->config);
   clearMission();
   impl_->waiting_mission = mission;
   impl_->standstill.restart();
@@ -242,7 +266,11 @@ void Engine::add(const core::Measurement& measurement)
 {
   const Stopwatch watch;
   impl_->source.add(measurement);
-  if (const auto* scan = std::get_if<core::RangeScan>(&measurement)) impl_->scans.add(*scan);
+  if (const auto* scan = std::get_if<core::RangeScan>(&measurement))
+  {
+    impl_->scans.add(*scan);
+    impl_->scan_label = scan->label;
+  }
   impl_->estimate_s += watch.seconds();
 }
 
@@ -270,6 +298,12 @@ core::CycleRecord Engine::step(double t, bool drive)
     cycle.unsafe = record.reason;
     ++me.statistics.dropped["cycle: internal error"];
   }
+  catch (...)  // not even an exception: somebody's plain value
+  {
+    wanted = {};
+    record.reason = cycle.unsafe = "internal error: unknown: brake";
+    ++me.statistics.dropped["cycle: internal error"];
+  }
   try
   {
     me.release(cycle, wanted);
@@ -279,6 +313,11 @@ core::CycleRecord Engine::step(double t, bool drive)
   {
     record.command = me.last_command = {};
     record.reason = error.what();
+  }
+  catch (...)
+  {
+    record.command = me.last_command = {};
+    record.reason = "internal error: unknown";
   }
   return record;
 }

@@ -17,6 +17,7 @@
 #include "ReferenceClock.h"
 #include "Refinements.h"
 #include "ScanAssembler.h"
+#include "SensorWatch.h"
 #include "StateSource.h"
 #include "Stopwatch.h"
 #include "slalom/engine/Engine.h"
@@ -42,6 +43,7 @@ struct Engine::Impl
         local(c.local_planner, c.vehicle),
         clock(c.mission.max_lead_s, c.rates.open_loop),
         judge(config),
+        sensors(config),
         predictor(c.vehicle),
         gate(c.safety, c.vehicle)
   {
@@ -85,6 +87,7 @@ struct Engine::Impl
   /// @name Cycle, plan (Engine.cpp)
   /// @{
   [[nodiscard]] core::VelocityCommand run(Cycle& cycle);
+  void giveUpWithoutSensors(Cycle& cycle);
   [[nodiscard]] core::VelocityCommand plan(Cycle& cycle);
   [[nodiscard]] std::string doubt(const core::CycleRecord& record) const;
   [[nodiscard]] core::Deadline localDeadline(const Cycle& cycle) const;
@@ -104,6 +107,8 @@ struct Engine::Impl
   local_planner::LocalPlanner local;
   ReferenceClock clock;
   MissionJudge judge;
+  SensorWatch sensors;
+  std::string scan_label;  // of the newest scan
   MotionPredictor predictor;
   safety::OutputGate gate;
   safety::StopPath relied_stop;  // the plan by which the vehicle could stop after its last command

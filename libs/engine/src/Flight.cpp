@@ -41,14 +41,15 @@ Eigen::Index firstAhead(const Eigen::Matrix3Xd& waypoints, const Eigen::Vector3d
 }  // namespace
 
 Flight::Flight(std::uint64_t mission_number, spline::UniformBSpline reference,
-               const Eigen::Vector3d& frame_offset, const core::Vehicle& planned)
+               const Eigen::Vector3d& frame_offset, const core::Vehicle& planned, bool blind)
     : number(mission_number),
       reference_W(std::move(reference)),
-      law(std::make_shared<const spline::TimeLaw>(
-          reference_W, reference_W.start(), reference_W.end(), 1.0,
-          spline::MotionLimits{planned.max_speed_mps, planned.max_acceleration_mps2})),
       length(reference_W.length(reference_W.start(), reference_W.end()))
 {
+  if (blind)
+    law = std::make_shared<const spline::TimeLaw>(
+        reference_W, reference_W.start(), reference_W.end(), 1.0,
+        spline::MotionLimits{planned.max_speed_mps, planned.max_acceleration_mps2});
   moveTo(frame_offset);
 }
 
@@ -66,6 +67,7 @@ spline::UniformBSpline fitReference(const Mission& mission, const core::VehicleS
   Eigen::Matrix3Xd waypoints(3, used + 1);
   waypoints.col(0) = state.p_W;
   waypoints.rightCols(used) = mission.waypoints_W.rightCols(used);
+  check(Mission{waypoints}, config);
   // A vehicle that is already at its goal gets a reference all the same, of a length that nobody
   // notices.
   constexpr double kNothing_m = 0.02;

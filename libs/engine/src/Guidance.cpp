@@ -18,7 +18,7 @@ std::string Engine::Impl::startMission(const core::VehicleState& state)
   try
   {
     Flight next(++missions, fitReference(mission, state, config), state.p_L - state.p_W,
-                config.planned());
+                config.planned(), !config.rates.require_map);
     next.only_goal = mission.waypoints_W.cols() == 1;
     clock.restart(next.reference_L->start());
     flight = std::move(next);

@@ -9,6 +9,7 @@ Hold handOver(const Situation& now, local_planner::LocalPlannerInput& input)
   const RateConfig& rates = now.config.rates;
   const safety::SafetyConfig& safety = now.config.safety;
   if (now.flight.reached) return {Kind::Wanted, "goal reached: hold"};
+  if (now.blocked && !rates.open_loop) return {Kind::Wanted, "goal blocked: hold"};
   if (now.refinements.rejectsGoal(now.config.global_planner.goal_policy))
     return {Kind::Wanted, "goal occupied: rejected"};
   if (now.source.deadReckoning())
@@ -18,6 +19,8 @@ Hold handOver(const Situation& now, local_planner::LocalPlannerInput& input)
   if (now.t - now.state_t > safety.state_timeout_s) return {Kind::Safety, "state too old: brake"};
 
   if (now.stuck) return {Kind::Safety, "the position does not follow the commands: brake"};
+
+  if (!now.slow.empty()) return {Kind::Safety, now.slow + ": brake"};
 
   const auto& refined = now.refinements.refined();
   const bool map_is_fresh = now.map && now.t - now.map->field->stamp() <= safety.map_timeout_s;

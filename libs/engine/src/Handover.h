@@ -36,9 +36,11 @@ struct Situation
   std::shared_ptr<const MapResult> map;  ///< of the present frame; null: none yet
   double t;                              ///< [s] now
   double state_t;                        ///< [s] of the newest estimate
+  bool blocked;                          ///< as near to a goal that cannot be had as it will come
   bool stuck;                            ///< it does not move although it is told to
   bool refused;                          ///< the newest scan contradicts the map
   bool mapped;                           ///< there has been a map, if only of another frame
+  std::string slow;  ///< why scans come too rarely to fly by; empty: they do not
 };
 
 /** Chooses what the local planner follows, and in which map: fills field, reference and law of

@@ -38,6 +38,7 @@ void Engine::Impl::mapPending(double t)
       ++statistics.dropped["scan: state ahead of the clock"];
       continue;
     }
+    sensors.heardScan(scan_label, job.t);
     // Not fused, the map grows old, and the vehicle waits until sensor and map agree again.
     const auto map = currentMap();
     scan_refused = map && contradicts(job, *map->field);

@@ -60,7 +60,7 @@ void Pipeline::runMap(const MapJob& job)
         MapResult{mapper_.snapshot(), std::move(moving.movers), watch.seconds(), update.transform_s,
                   ++map_count_, frame_}));
   }
-  catch (const std::exception&)
+  catch (...)
   {
     // No new map: the old one grows stale, and the engine brakes when it is too old.
     ++failures_;
@@ -80,7 +80,7 @@ void Pipeline::runRefine(GlobalJob job)
     refinements_.publish(std::make_shared<const GlobalResult>(
         GlobalResult{job.mission, job.t, ++refine_count_, watch.seconds(), std::move(output)}));
   }
-  catch (const std::exception&)
+  catch (...)
   {
     // The plan in force stays, and ends where it was last verified.
     ++failures_;

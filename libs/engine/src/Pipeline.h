@@ -135,7 +135,7 @@ class Pipeline
   {
     return refinements_.latest();
   }
-  /// Steps that ended in an exception (no memory, no thread): they published nothing.
+  /// Steps in which anything was thrown (no memory, no thread): they published nothing.
   [[nodiscard]] std::uint64_t failures() const { return failures_; }
   [[nodiscard]] mapping::Mapper& mapper() { return mapper_; }  ///< only after drain()
 

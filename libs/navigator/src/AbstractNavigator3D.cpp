@@ -139,16 +139,25 @@ void AbstractNavigator3D::senseAndIdle()
   }
   catch (const std::exception& e)
   {
-    if (m_navigationState == NAVIGATING)
-    {
-      doEmergencyStop(e.what());
-      goalEnded();
-      // The base reports errors that follow a step in NAVIGATING only.
-      if (base_last_state_ != NAVIGATING)
-        m_pending_events.emplace_back([this] { robot_.sendNavigationEndDueToErrorEvent(); });
-    }
-    notify("FAILED", e.what());
+    failToSense(e.what());
   }
+  catch (...)
+  {
+    failToSense("something unknown was thrown");
+  }
+}
+
+void AbstractNavigator3D::failToSense(const std::string& why)
+{
+  if (m_navigationState == NAVIGATING)
+  {
+    doEmergencyStop(why);
+    goalEnded();
+    // The base reports errors that follow a step in NAVIGATING only.
+    if (base_last_state_ != NAVIGATING)
+      m_pending_events.emplace_back([this] { robot_.sendNavigationEndDueToErrorEvent(); });
+  }
+  notify("FAILED", why);
 }
 
 // The base reports NAV_ERROR in the step after it; a verb that comes between must not swallow that.

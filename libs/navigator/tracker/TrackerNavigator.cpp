@@ -135,7 +135,8 @@ const core::CycleRecord* TrackerNavigator::cycle(bool drive)
 void TrackerNavigator::tellHost(const std::vector<core::Event>& events)
 {
   for (const core::Event& event : events)
-    if (event.name == "SAFE_STOP" || event.name == "RECOVER" || event.name == "UNREACHABLE")
+    if (event.name == "SAFE_STOP" || event.name == "RECOVER" || event.name == "UNREACHABLE" ||
+        event.name == "SENSOR_LOST")
       notify(event.name, event.detail);
 }
 
@@ -176,6 +177,10 @@ AbstractNavigator3D::StepResult TrackerNavigator::computeCommand(double, const S
     case EngineStatus::Unreachable:
       result.status = Status::Failed;
       result.detail = "UNREACHABLE: " + result.detail;
+      break;
+    case EngineStatus::SensorLost:  // a recording may go on, and nobody flies it
+      result.status = config_.engine.rates.open_loop ? Status::Navigating : Status::Failed;
+      result.detail = "SENSOR_LOST: " + result.detail;
       break;
   }
   return result;

@@ -20,7 +20,8 @@ using Eigen::Vector2i;
 using Eigen::Vector3d;
 using Plane = detail::SearchPlane;
 
-constexpr double kSpacing = 0.05;  // [m] of the grid, about
+constexpr double kSpacing = 0.05;   // [m] of the grid, about
+constexpr double kMostNodes = 4e6;  // of the grid: about 100 x 100 m
 
 /// Lazy Theta*: a node believes that its parent's parent sees it, and finds out when its turn
 /// comes.
@@ -162,6 +163,11 @@ std::vector<Vector2d> Search::run()
   return path;
 }
 
+double nodesOf(const Plane& plane)
+{
+  return (plane.bounds().sizes() / kSpacing).prod();
+}
+
 double lengthOf(const std::vector<Vector2d>& path)
 {
   double length = 0.0;
@@ -231,7 +237,9 @@ std::optional<Eigen::Matrix3Xd> shortestRoute(const World& world, const Vector3d
   {
     if (plane.room({0.0, 0.0}) >= 0.0) path = {{0.0, 0.0}, {plane.length, 0.0}};
   }
-  else
+  else if (plane.seen({0.0, 0.0}, {plane.length, 0.0}))
+    path = {{0.0, 0.0}, {plane.length, 0.0}};
+  else if (nodesOf(plane) <= kMostNodes)
     path = Search(plane).run();
   if (path.empty()) return std::nullopt;
   pullTight(plane, path);

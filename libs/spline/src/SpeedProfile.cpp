@@ -54,13 +54,31 @@ SpeedProfile::SpeedProfile(const std::vector<PathPiece>& pieces, double max_spee
 
 void SpeedProfile::makeGrid()
 {
-  constexpr double kStep = 0.05;  // [m]
+  constexpr double kStep = 0.05, kCoarse = 1.0;  // [m]
   constexpr double kFewest = 40.0;
+  // Along a straight piece the limits are the same everywhere.
+  const auto straight = [](const PathPiece& p)
+  {
+    constexpr double kSame = 1e-9;
+    return (p.d0 - p.d1).norm() < kSame && (p.d0 - (p.p1 - p.p0) / p.extent).norm() < kSame;
+  };
+  constexpr double kLong = 500.0, kEnds = 200.0;  // [m]
+  const auto cut = [this](std::size_t k, double from, double length, double count)
+  {
+    for (double i = 0.0; i < count; ++i)
+      nodes_.push_back({k, from + length * i / count, length / count});
+  };
   for (std::size_t k = 0; k < pieces_.size(); ++k)
   {
-    const double extent = pieces_[k].extent;
-    const double count = std::max(kFewest, std::ceil(extent / kStep));
-    for (double i = 0.0; i < count; ++i) nodes_.push_back({k, extent * i / count, extent / count});
+    const double extent = pieces_[k].extent, middle = extent - 2.0 * kEnds;
+    if (extent <= kLong || !straight(pieces_[k]))
+    {
+      cut(k, 0.0, extent, std::max(kFewest, std::ceil(extent / kStep)));
+      continue;
+    }
+    cut(k, 0.0, kEnds, kEnds / kStep);
+    cut(k, kEnds, middle, std::ceil(middle / kCoarse));
+    cut(k, kEnds + middle, kEnds, kEnds / kStep);
   }
   nodes_.push_back({pieces_.size() - 1, pieces_.back().extent, 0.0});
 }

@@ -23,10 +23,12 @@ enum class EngineStatus
   NoMission,        ///< mapping only
   Navigating,
   GoalReached,  ///< within the tolerance; latched until the next mission
-  GoalBlocked,  ///< at rest at the reachable point nearest to a goal that is occupied or cut off;
-                ///< leaves when the map clears
-  Unreachable   ///< at rest in mid-mission for longer than mission.blocked_timeout_s, or no farther
+  GoalBlocked,  ///< holds at the reachable point nearest to a goal that is occupied or cut off;
+                ///< leaves when plans have led to the goal again for two seconds
+  Unreachable,  ///< at rest in mid-mission for longer than mission.blocked_timeout_s, or no farther
                 ///< on R for mission.progress_timeout_s; leaves when it moves again
+  SensorLost    ///< a sensor that the mission is flown by has been silent, or too slow, for longer
+                ///< than mission.sensor_timeout_s; leaves when it is heard again
 };
 [[nodiscard]] std::string_view toString(EngineStatus status);
 
@@ -61,7 +63,9 @@ class Engine
   explicit Engine(const EngineConfig& config, StepHooks hooks = {});
   ~Engine();
 
-  /// Starts a mission at the vehicle's position; replaces the previous one. At least one waypoint.
+  /** Starts a mission at the vehicle's position; replaces the previous one. One that is too long
+   * only from there is refused by step(), with the reason in its record.
+   *  @throws std::invalid_argument if check() does */
   void setMission(const Mission& mission);
   void clearMission();
 

@@ -58,6 +58,7 @@ struct StateConfig
 struct MissionConfig
 {
   double goal_tolerance_m = 0.5;  ///< [m]
+  double max_length_m = 20000.0;  ///< [m] a longer mission is refused: its reference takes memory
   double knot_span_s = 0.2;       ///< [s] of the reference spline
   double speed_share = 0.9;       ///< [1] of the vehicle's speed limit that plans use
   double acceleration_share =
@@ -65,6 +66,7 @@ struct MissionConfig
   double max_lead_s = 0.6;  ///< [s] how far the reference may run ahead of a delayed vehicle
   double progress_timeout_s = 60.0;  ///< [s] no farther on R for longer: UNREACHABLE
   double blocked_timeout_s = 20.0;   ///< [s] standing in mid-mission for longer: UNREACHABLE
+  double sensor_timeout_s = 10.0;    ///< [s] stopped for want of a sensor for longer: SENSOR_LOST
 
   template <class Self, class Visit>
   static void fields(Self& c, Visit&& v)
@@ -73,6 +75,8 @@ struct MissionConfig
     using core::Range;
     v("goal_tolerance_m", c.goal_tolerance_m, Range{0.01, 100.0},
       "the goal counts as reached within this");
+    v("max_length_m", c.max_length_m, Range{1.0, 1e6},
+      "a mission longer than this is refused; its reference takes memory in proportion");
     v("knot_span_s", c.knot_span_s, Range{0.02, 1.0}, "knot span of the reference spline",
       Level::Expert);
     v("speed_share", c.speed_share, Range{0.1, 1.0},
@@ -86,6 +90,9 @@ struct MissionConfig
       "UNREACHABLE");
     v("blocked_timeout_s", c.blocked_timeout_s, Range{1.0, 3600.0},
       "a vehicle that found no way on for this long reports UNREACHABLE");
+    v("sensor_timeout_s", c.sensor_timeout_s, Range{0.1, 3600.0},
+      "a vehicle that stopped because a sensor is silent or too slow reports SENSOR_LOST after "
+      "this long, and its mission has failed");
   }
 };
 

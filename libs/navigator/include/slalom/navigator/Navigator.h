@@ -114,10 +114,10 @@ class RobotInterface3D : public mrpt::nav::CRobot2NavInterface
 
   /** News that MRPT's four states cannot tell, sent at the end of a navigationStep():
    * WAITING_FOR_STATE, NAVIGATING (the vehicle moves again), GOAL_REACHED, GOAL_BLOCKED, FAILED; of
-   * the tracker also SAFE_STOP (it brakes for a reason of safety), RECOVER (it flies on after that)
-   * and UNREACHABLE (it gives up, FAILED follows), or another name documented by the plugin;
-   * `detail` is one readable line. Verbs of the navigator may be called from here, and from every
-   * other event. */
+   * the tracker also SAFE_STOP (it brakes for a reason of safety), RECOVER (it flies on after
+   * that), UNREACHABLE and SENSOR_LOST (it gives up, FAILED follows), or another name documented by
+   * the plugin; `detail` is one readable line. Verbs of the navigator may be called from here, and
+   * from every other event. */
   virtual void onEvent(const std::string& name, const std::string& detail);
 
   /// Obstacle points in the body frame, for hosts without raw observations. Default: no sensor.
@@ -267,6 +267,7 @@ class AbstractNavigator3D : public mrpt::nav::CAbstractNavigator
  private:
   [[nodiscard]] const NavigationParams3D& goal3D() const;
   void senseAndIdle();
+  void failToSense(const std::string& why);
   void fly(const StepResult& result);
   void report(const StepResult& result);
   void oweErrorEvent();

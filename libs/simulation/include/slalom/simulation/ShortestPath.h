@@ -16,7 +16,7 @@ namespace slalom::simulation
  * than a grid cell wider than the ball may be overlooked.
  *  @param radius [m] >= 0
  *  @return 3xN, one corner per column from start to goal [m]; nullopt if there is none or start or
- * goal are not free
+ * goal are not free, or where the grid would be larger than about 100 x 100 m
  *  @see K. Daniel, A. Nash, S. Koenig, A. Felner: Theta*, JAIR 2010; Nash, Koenig, Tovey: Lazy
  * Theta*, AAAI 2010 */
 [[nodiscard]] std::optional<Eigen::Matrix3Xd> shortestRoute(const World& world,
