@@ -8,14 +8,14 @@ namespace slalom::engine
 {
 namespace
 {
-/** Where on the curve the vehicle is. Near a bend that it cut, or in a hook, that is not the nearest
+/** Where on the curve the vehicle is. In a hook whose other branch it cut to, that is not the nearest
  * point of all: the clock would wait for the vehicle on one branch, and the vehicle for the clock on
- * the other. A second apart counts like half a metre, from where a standing vehicle gets a new plan.
- */
+ * the other. So a second apart from `progress` counts like half a metre (from where on a standing
+ * vehicle gets a new plan), but only to tell the branches apart. */
 double placeOf(const Eigen::Vector3d& p_L, const spline::UniformBSpline& curve, double progress,
                double from, double to)
 {
-  constexpr double kStep_s = 0.05, kApart_mps = 0.5;
+  constexpr double kStep_s = 0.05, kBranch_s = 0.3, kApart_mps = 0.5;
   double place = from, least = std::numeric_limits<double>::infinity();
   for (double t = from; t <= to; t += kStep_s)
   {
@@ -25,7 +25,7 @@ double placeOf(const Eigen::Vector3d& p_L, const spline::UniformBSpline& curve, 
     least = cost;
     place = t;
   }
-  return curve.project(p_L, std::max(from, place - kStep_s), std::min(to, place + kStep_s));
+  return curve.project(p_L, std::max(from, place - kBranch_s), std::min(to, place + kBranch_s));
 }
 }  // namespace
 
@@ -33,9 +33,10 @@ void ReferenceClock::advance(double dt, const spline::UniformBSpline& curve,
                              const spline::TimeLaw& law, const Eigen::Vector3d& p_L)
 {
   constexpr double kBack_s = 1.0;
+  const double from = std::max(curve.start(), progress_ - kBack_s);
+  const double to = std::min(curve.end(), progress_ + ahead_s_);
   const double nearest =
-      placeOf(p_L, curve, progress_, std::max(curve.start(), progress_ - kBack_s),
-              std::min(curve.end(), progress_ + ahead_s_));
+      open_loop_ ? curve.project(p_L, from, to) : placeOf(p_L, curve, progress_, from, to);
   const double wanted =
       std::clamp(law.advance(std::max(progress_, law.from()), dt), nearest, nearest + max_lead_s_);
   progress_ = std::max(progress_, std::min(wanted, law.to()));

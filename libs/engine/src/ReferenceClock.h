@@ -16,7 +16,7 @@ class ReferenceClock
 {
  public:
   explicit ReferenceClock(double max_lead_s, bool open_loop = false)
-      : max_lead_s_(max_lead_s), ahead_s_(open_loop ? 2.0 : 0.2)
+      : max_lead_s_(max_lead_s), ahead_s_(open_loop ? 2.0 : 0.2), open_loop_(open_loop)
   {
   }
 
@@ -31,6 +31,7 @@ class ReferenceClock
 
  private:
   double max_lead_s_, ahead_s_;
+  bool open_loop_;
   double progress_ = 0.0;
   double pace_ = 1.0;
 };

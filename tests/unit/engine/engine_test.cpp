@@ -68,6 +68,24 @@ TEST(ReferenceClock, NeverRunsBackwardsNorPastTheStop)
   }
 }
 
+TEST(ReferenceClock, AHookInThePlanDoesNotHoldIt)
+{
+  // Out along x, round a narrow bend and back: a vehicle that cut the bend is nearer to the way out.
+  for (const double aside : {0.0, 0.1, 0.2, 0.3})
+  {
+    SCOPED_TRACE(aside);
+    Eigen::Matrix3Xd points(3, 40);
+    for (int i = 0; i < 40; ++i)
+      points.col(i) << (i < 20 ? 0.1 * i : 0.1 * (39 - i)), i < 20 ? 0.0 : 0.35, 1.0;
+    const spline::UniformBSpline curve(points, 0.2);
+    ReferenceClock clock(0.6);
+    clock.restart(4.4);
+    const Eigen::Vector3d standing = curve.position(4.4) - Eigen::Vector3d(0.0, aside, 0.0);
+    for (int k = 0; k < 12; ++k) clock.advance(0.05, curve, law(curve, curve.end()), standing);
+    EXPECT_GT(clock.progress(), 4.9);
+  }
+}
+
 TEST(ReferenceClock, DoesNotJumpToALegThatPassesNearby)
 {
   // Out along x, and back half a metre beside it.
