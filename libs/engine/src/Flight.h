@@ -29,7 +29,7 @@ struct Flight
   std::shared_ptr<const spline::TimeLaw> law;  ///< of R itself; null: not blind
   Eigen::Vector3d offset;                      ///< L minus W, as used for reference_L
   double length;                               ///< [m]
-  bool only_goal = false;  ///< the mission names a goal and no way to it
+  bool only_goal = false;                      ///< the mission names a goal and no way to it
   bool reached = false;
 };
 

@@ -8,10 +8,10 @@ namespace slalom::engine
 {
 namespace
 {
-/** Where on the curve the vehicle is. In a hook whose other branch it cut to, that is not the nearest
- * point of all: the clock would wait for the vehicle on one branch, and the vehicle for the clock on
- * the other. So a second apart from `progress` counts like half a metre (from where on a standing
- * vehicle gets a new plan), but only to tell the branches apart. */
+/** Where on the curve the vehicle is. In a hook whose other branch it cut to, that is not the
+ * nearest point of all: the clock would wait for the vehicle on one branch, and the vehicle for the
+ * clock on the other. So a second apart from `progress` counts like half a metre (from where on a
+ * standing vehicle gets a new plan), but only to tell the branches apart. */
 double placeOf(const Eigen::Vector3d& p_L, const spline::UniformBSpline& curve, double progress,
                double from, double to)
 {

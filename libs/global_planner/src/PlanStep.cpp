@@ -13,13 +13,13 @@ using spline::UniformBSpline;
 
 namespace
 {
-constexpr int kGuides = 3;     // topologically distinct ways that are compared
+constexpr int kGuides = 3;  // topologically distinct ways that are compared
 
 /// How readily a plan that is away from R gives way to a fresh one.
 struct Challenge
 {
-  int every;        // plans
-  double cheaper;   // it must cost less than this share of the present one
+  int every;       // plans
+  double cheaper;  // it must cost less than this share of the present one
 };
 constexpr Challenge kSoon{5, 0.9}, kLate{2, 0.95};
 
@@ -61,8 +61,17 @@ PlanStep::PlanStep(const GlobalPlannerConfig& config, const core::Vehicle& vehic
                     ? input.previous.get()
                     : nullptr),
       rho_(previous_ ? previous_->referenceTime(input.progress) : input.progress),
-      context_{config_, vehicle, field_, r_, {}, {}, input.progress,
-               returnsLate(config.return_to_reference, input.only_goal), 0.0, 0.0, input.deadline}
+      context_{config_,
+               vehicle,
+               field_,
+               r_,
+               {},
+               {},
+               input.progress,
+               returnsLate(config.return_to_reference, input.only_goal),
+               0.0,
+               0.0,
+               input.deadline}
 {
   keepMargin(config_.margin_m);
   restart_ = mustRestart();

@@ -206,11 +206,13 @@ Eigen::VectorXd Work::fitWeights() const
     for (Eigen::Index i = 0; i < weights.size(); ++i)
       if (draft.along[i] > s.from - kFitAround_s && draft.along[i] < s.to + kFitAround_s)
         weights[i] = 0.0;
+  // Nor before the window's end, if the shortest way there is what is wanted. A pull on a part of it
+  // would draw in the rest, plan by plan.
   if (c_.late_return)
   {
     const Eigen::Matrix3Xd off = draft.points - referencePoints(c_.r, draft.along);
-    for (Eigen::Index i = 0; i < weights.size(); ++i)
-      if (off.col(i).norm() > kAwayFromR_m) weights[i] = 0.0;
+    if (off.rightCols(off.cols() - draft.fixed).colwise().norm().maxCoeff() > kAwayFromR_m)
+      weights.setZero();
   }
   // Nor where the way does not get on along R at all.
   for (Eigen::Index i = 1; i < weights.size(); ++i)

@@ -32,7 +32,7 @@ struct StepContext
   double progress = 0.0;                            ///< [s] of the plan
   bool late_return = false;  ///< whether the way back to R is not to be shorter than need be
   double margin = 0.0;       ///< [m] beyond the vehicle's radius that is to be proved
-  double hard = 0.0;         ///< [m] clearance that guides and polyhedra keep, with a margin for the grid
+  double hard = 0.0;  ///< [m] clearance that guides and polyhedra keep, with a margin for the grid
   core::Deadline deadline = core::Deadline::none();
 };
 

@@ -217,10 +217,8 @@ Plan LocalPlanner::Impl::guess(const Tick& tick, const HorizonReference& referen
   auto shifted = plannedOn(tick);
   if (!shifted) return pursuit;
   // Obstacles seen from the wrong side of one would keep the vehicle there.
-  const auto lost = [&](const Plan& motion)
-  {
-    return tick.input.field &&
-           losesSight(motion, reference, *tick.input.field, vehicle.radius_m);
+  const auto lost = [&](const Plan& motion) {
+    return tick.input.field && losesSight(motion, reference, *tick.input.field, vehicle.radius_m);
   };
   return lost(*shifted) && !lost(pursuit) ? pursuit : *std::move(shifted);
 }

@@ -70,7 +70,8 @@ TEST(ReferenceClock, NeverRunsBackwardsNorPastTheStop)
 
 TEST(ReferenceClock, AHookInThePlanDoesNotHoldIt)
 {
-  // Out along x, round a narrow bend and back: a vehicle that cut the bend is nearer to the way out.
+  // Out along x, round a narrow bend and back: a vehicle that cut the bend is nearer to the way
+  // out.
   for (const double aside : {0.0, 0.1, 0.2, 0.3})
   {
     SCOPED_TRACE(aside);

@@ -228,6 +228,51 @@ TEST(GlobalPlanner, ReturnsToTheReferenceBehindTheObstacle)
       << "D_z = 0.8 m is kept nearly, there is room";
 }
 
+TEST(GlobalPlanner, ReturnsLateWhereOnlyTheGoalCounts)
+{
+  const auto r = straight(30.0);
+  const auto field = std::make_shared<AnalyticField>(std::vector<test::Obstacle>{});
+  const auto planned = [&](ReturnPolicy policy, bool only_goal)
+  {
+    GlobalPlannerConfig config = longHorizon();
+    config.return_to_reference = policy;
+    GlobalPlannerInput input = inputAt(r, field);
+    input.only_goal = only_goal;
+    input.state.p_L.y() = 2.5;  // was led there by an obstacle
+    for (int k = 0; k < 9; ++k)
+      input.previous = GlobalPlanner(config, kVehicle).step(input).refined;
+    return input.previous->spline;
+  };
+  const auto offAt = [](const UniformBSpline& curve, double x) {
+    return curve.position(curve.project({x, 1, 1.5}, curve.start(), curve.end())).y();
+  };
+  const UniformBSpline soon = planned(ReturnPolicy::Soon, true);
+  const UniformBSpline late = planned(ReturnPolicy::Late, false);
+  EXPECT_LT(offAt(soon, 7.0), 0.2);
+  EXPECT_GT(offAt(late, 7.0), 0.8) << "on the straight way to the window's end";
+  EXPECT_LT(late.length(late.start(), late.end()), soon.length(soon.start(), soon.end()));
+  EXPECT_LT(offAt(late, 14.0), 0.05);
+  EXPECT_EQ(planned(ReturnPolicy::Auto, true).controlPoints(), late.controlPoints());
+  EXPECT_EQ(planned(ReturnPolicy::Auto, false).controlPoints(), soon.controlPoints());
+}
+
+TEST(GlobalPlanner, AVehicleThatStandsWithinItsMarginFindsAWayOut)
+{
+  // A corridor that leaves more than the radius, and less than the margin besides.
+  const auto wall = [](double y0, double y1)
+  { return Eigen::AlignedBox3d(Eigen::Vector3d(-3, y0, -50), Eigen::Vector3d(2, y1, 50)); };
+  constexpr double kHalf = kRadius + 0.045;
+  const auto field = std::make_shared<AnalyticField>(
+      std::vector<test::Obstacle>{wall(kHalf, kHalf + 0.4), wall(-kHalf - 0.4, -kHalf)});
+  GlobalPlannerInput input = inputAt(straight(14.0), field);
+  input.state.v_W.setZero();
+  const GlobalPlannerOutput output = GlobalPlanner({}, kVehicle).step(input);
+  ASSERT_TRUE(output.record.certified) << output.record.reason;
+  const RefinedReference& plan = *output.refined;
+  EXPECT_GT(plan.spline.position(plan.stop_at).x(), 4.0);
+  EXPECT_GE(denseClearance(plan.spline, 0.0, plan.clear_until, *field), kRadius - 1e-3);
+}
+
 /// A tracker tracks: where R is free the plan is R, curves included, however often it is refined.
 TEST(GlobalPlanner, DoesNotDriftInFreeSpace)
 {

@@ -83,6 +83,43 @@ TEST(LocalPlannerObstacles, AGapIsFlownThroughInItsMiddle)
   EXPECT_GT(flown.end_x, 8.0);
 }
 
+TEST(LocalPlannerObstacles, APlanOnTheOtherSideOfATrunkIsGivenUp)
+{
+  // The reference changes sides while the vehicle stands before the trunk with a plan for the
+  // first.
+  const auto pastTheTrunk = [](double side)
+  {
+    Eigen::Matrix3Xd points(3, 60);
+    for (Eigen::Index i = 0; i < points.cols(); ++i)
+    {
+      const double x = 0.16 * static_cast<double>(i);
+      points.col(i) << x, side * 1.1 * std::exp(-std::pow((x - 3.0) / 1.3, 2)), 1.0;
+    }
+    return std::make_shared<slalom::spline::UniformBSpline>(points, 0.2);
+  };
+  for (const double side : {-1.0, 1.0})
+  {
+    SCOPED_TRACE(side);
+    const auto reference = pastTheTrunk(side);
+    ClosedLoop loop(reference, fieldOf({VerticalCylinder{{3.0, 0.0}, 0.4}}));
+    const Vector3d held(1.9, -0.25 * side, 1.0);
+    loop.input.reference = pastTheTrunk(-side);
+    for (int k = 0; k < 40; ++k)
+    {
+      loop.progressTo(2.4);
+      loop.state.p_L = held;
+      loop.command = {};
+      loop.tick();
+    }
+    loop.input.reference = reference;
+    loop.state.p_L = held;
+    double least = 1e9;
+    loop.fly(12.0, [&](const auto&) { least = std::min(least, loop.clearance()); });
+    EXPECT_GT(loop.state.p_L.x(), 5.0);
+    EXPECT_GE(least, kAsked - 0.05);
+  }
+}
+
 TEST(LocalPlannerObstacles, AStartInsideTheMarginOrTheObstacleRecovers)
 {
   for (std::uint64_t seed = 1; seed <= 24; ++seed)

@@ -54,8 +54,8 @@ struct GlobalPlannerInput
   std::shared_ptr<const RefinedReference> previous;         ///< warm start; null at first
   std::shared_ptr<const core::DistanceField> field;         ///< one map for the whole step
   core::VehicleState state;
-  double progress = 0.0;  ///< [s] parameter of the vehicle on `previous`; on R when there is none
-  double pace = 1.0;      ///< [1] how fast that parameter runs at present
+  double progress = 0.0;   ///< [s] parameter of the vehicle on `previous`; on R when there is none
+  double pace = 1.0;       ///< [1] how fast that parameter runs at present
   bool only_goal = false;  ///< R is a straight line to a goal, which nobody asked for itself
   double altitude_offset =
       0.0;  ///< [m] local minus world altitude; altitude limits are the world's

@@ -116,9 +116,8 @@ struct GlobalPlannerConfig
       core::Names<UnknownPolicy>{{"avoid", UnknownPolicy::Avoid}, {"free", UnknownPolicy::Free}},
       "avoid: always able to stop in space that was seen free; free: only seen obstacles count");
     v("return_to_reference", c.return_to_reference,
-      core::Names<ReturnPolicy>{{"auto", ReturnPolicy::Auto},
-                                {"soon", ReturnPolicy::Soon},
-                                {"late", ReturnPolicy::Late}},
+      core::Names<ReturnPolicy>{
+          {"auto", ReturnPolicy::Auto}, {"soon", ReturnPolicy::Soon}, {"late", ReturnPolicy::Late}},
       "where to come back after a detour: soon behind the obstacle, late by the shortest way "
       "to the end of the horizon; auto: late if the mission is a single goal");
     v("goal_policy", c.goal_policy,
