@@ -43,7 +43,7 @@ struct Engine::Impl
         clock(c.mission.max_lead_s, c.rates.open_loop),
         judge(config),
         predictor(c.vehicle),
-        gate(c.safety, c.vehicle)
+        gate(c.guarded(), c.vehicle)
   {
   }
 
@@ -106,6 +106,7 @@ struct Engine::Impl
   MissionJudge judge;
   MotionPredictor predictor;
   safety::OutputGate gate;
+  safety::Evasion relied_evasion;  // likewise, the way aside
   safety::StopPath relied_stop;  // the plan by which the vehicle could stop after its last command
   std::deque<std::pair<double, Eigen::Vector3d>>
       due;  // points of the plan, by their time of effect

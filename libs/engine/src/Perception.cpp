@@ -22,6 +22,7 @@ void Engine::Impl::beginNewFrame()
   local.reset();
   due.clear();
   relied_stop = {};
+  relied_evasion = {};
   if (const auto state = source.state(source.newest()); state && flight)
     flight->moveTo(state->p_L - state->p_W);
 }

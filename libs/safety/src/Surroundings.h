@@ -12,11 +12,10 @@
 
 namespace slalom::safety::detail
 {
-/// What a way comes nearest to.
+/// What a way comes nearest to, of what stands.
 enum class Cause
 {
   Map,
-  Mover,
   Fence
 };
 
@@ -33,8 +32,9 @@ struct Piece
 /// A way that is being looked at, piece by piece.
 struct Sweep
 {
-  double slack = std::numeric_limits<double>::infinity();  ///< [m] least clearance - required one
-  Cause cause = Cause::Map;                                ///< of the least one
+  double fixed = std::numeric_limits<double>::infinity();  ///< [m] least clearance - required one
+  double mover = std::numeric_limits<double>::infinity();  ///< [m] likewise, of what moves
+  Cause cause = Cause::Map;                                ///< of `fixed`
   Eigen::Vector3d anchor = Eigen::Vector3d::Zero();        ///< [m] the place last looked up
   /// [m] The map's slack there, per layer.
   std::array<double, 2> anchor_slack{-std::numeric_limits<double>::infinity(),
@@ -42,8 +42,8 @@ struct Sweep
 
   void lower(double to, Cause because)
   {
-    if (!(to < slack)) return;  // what is not a number says nothing
-    slack = to;
+    if (!(to < fixed)) return;  // what is not a number says nothing
+    fixed = to;
     cause = because;
   }
 };
@@ -69,6 +69,13 @@ class Surroundings
 
   /// Where to from the start of all ways, for more clearance; a unit vector, or 0 if not known.
   [[nodiscard]] Eigen::Vector3d away() const;
+
+  /// Something that moves may come near within the horizon.
+  [[nodiscard]] bool moversNear() const { return movers_near_; }
+
+  /// Horizontal direction in which to leave the way of the moving obstacle that comes nearest, a
+  /// unit vector; what is on that side already is nearer to safety.
+  [[nodiscard]] Eigen::Vector3d aside() const;
 
   /// [m] what may be missing to the radius, 0 unless the vehicle is already nearer.
   [[nodiscard]] double excused() const;
