@@ -71,8 +71,8 @@ void Engine::Impl::release(Cycle& cycle, const core::VelocityCommand& wanted)
   input.kept_evasion = relied_evasion;
   input.may_evade = flight && cycle.drive;
   const bool walked_into = input.may_evade && !input.movers.empty();
-  const bool stands = !walked_into && wanted.v_W.isZero() && wanted.yaw_rate == 0.0 && last_command.v_W.isZero() &&
-                      last_command.yaw_rate == 0.0;
+  const bool stands = !walked_into && wanted.v_W.isZero() && wanted.yaw_rate == 0.0 &&
+                      last_command.v_W.isZero() && last_command.yaw_rate == 0.0;
   const safety::GateOutput output = stands ? safety::GateOutput{} : gate.pass(input);
 
   if (output.stop_plan == &planned) relied_stop = planned;

@@ -90,8 +90,7 @@ void addAirspace(const Eigen::AlignedBox3d& airspace, const Plan& expected,
     const auto column = static_cast<Eigen::Index>(k) + 1;
     const Vector3d p = expected.positions.col(column), v = expected.velocities.col(column);
     const double lead =
-        k + 1 < n ? 0.0
-                  : vehicle.velocity_lag_s + 0.5 * v.norm() / vehicle.max_acceleration_mps2;
+        k + 1 < n ? 0.0 : vehicle.velocity_lag_s + 0.5 * v.norm() / vehicle.max_acceleration_mps2;
     for (int axis = 0; axis < kAxes; ++axis)
     {
       const double low = p[axis] - airspace.min()[axis], high = airspace.max()[axis] - p[axis];

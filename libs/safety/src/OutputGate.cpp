@@ -81,6 +81,7 @@ struct Pass
   void followInstead(const StopCheck& check, const Verdict& grazing);
   void chooseInstead(const StopCheck& check, const Verdict& refused);
   void evade(const StopCheck& check, Verdict& best);
+  void explain(const Verdict& refused, double excused);
   void describe(const Eigen::Vector3d& wanted, const Distrust& distrust);
   [[nodiscard]] const core::DistanceField* field() const;
 };
@@ -196,22 +197,34 @@ void Pass::chooseInstead(const StopCheck& check, const Verdict& refused)
   if (!found) better(detail::limited(last.v_W + change * check.away(), last.v_W, change, vehicle));
   if (!best.good) evade(check, best);
   rely(best, check);
-  if (target == wanted) return;  // nothing would be better
-  const bool mover = refused.stands_clear;
-  const char* what = mover                            ? "no stop clear of a moving obstacle"
-                     : refused.cause == Cause::Fence ? "no stop inside the fence"
-                                                     : "no stop in known free space";
-  output.intervention = mover                            ? Intervention::MovingObstacle
-                        : refused.cause == Cause::Fence ? Intervention::Geofence
-                                                        : Intervention::NoStop;
-  output.reason = format("%s after this command: %.3f m beyond the radius; passed one with %.3f m",
-                         what, refused.slack() - check.excused(), output.stop_margin_m);
+  if (target != wanted) explain(refused, check.excused());  // else nothing would be better
+}
+
+/// @param refused what is wrong with the wanted command
+void Pass::explain(const Verdict& refused, double excused)
+{
+  const char* what = "no stop in known free space";
+  output.intervention = Intervention::NoStop;
+  if (refused.stands_clear)
+  {
+    what = "no stop clear of a moving obstacle";
+    output.intervention = Intervention::MovingObstacle;
+  }
+  else if (refused.cause == Cause::Fence)
+  {
+    what = "no stop inside the fence";
+    output.intervention = Intervention::Geofence;
+  }
+  output.reason =
+      format("%s after this command: %.3f m beyond the radius; passed one with %.3f m%s", what,
+             refused.slack() - excused, output.stop_margin_m,
+             output.evasion.for_s > 0.0 ? ", which leads aside" : "");
 }
 
 /// Begins the way aside that keeps the largest distance.
 void Pass::evade(const StopCheck& check, Verdict& best)
 {
-  constexpr double kAmple = 0.5;    // [m] more is not looked for
+  constexpr double kAmple = 0.5;     // [m] more is not looked for
   constexpr double kFaithful = 0.1;  // [m] by which another way must be better than the one begun
   bool begun = check.keepsEvasion();
   for (const Evasion& evasion : check.evasions())

@@ -230,7 +230,8 @@ Eigen::Vector3d faster(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 void StopCheck::evadeToRest(Flight flight, const Evasion& evasion, Eigen::Vector3d fastest,
                             const Enough& enough, Sweep& sweep) const
 {
-  const int steps = static_cast<int>(std::min(evasion.for_s / hold_s_ + 0.5, 1.0 * kMostFollowSteps));
+  const int steps =
+      static_cast<int>(std::min(evasion.for_s / hold_s_ + 0.5, 1.0 * kMostFollowSteps));
   for (int step = 0; step < steps; ++step)
   {
     Piece piece = fly(flight, limited(evasion.v_W, flight.u, change_, vehicle_));
@@ -254,11 +255,15 @@ Verdict StopCheck::judge(const Eigen::Vector3d& command, const Evasion& evasion,
   piece.hull.col(2) = piece.end;
   piece.hull.col(3) += lateness(begin_.v, held.v);
   surroundings_.pass(piece, sweep);
-  if (!enough.of(sweep))
-    evadeToRest(held, evasion, faster(begin_.v, held.v), enough, sweep);
+  if (!enough.of(sweep)) evadeToRest(held, evasion, faster(begin_.v, held.v), enough, sweep);
   const bool clear = sweep.fixed >= -kRounding;
-  return {sweep.fixed, sweep.mover, sweep.cause, nullptr,
-          evasion,     clear,       clear && sweep.mover >= evasion_margin_m_};
+  return {sweep.fixed,
+          sweep.mover,
+          sweep.cause,
+          nullptr,
+          evasion,
+          clear,
+          clear && sweep.mover >= evasion_margin_m_};
 }
 
 Verdict StopCheck::brakeAfter(const Eigen::Vector3d& command, const Verdict& to_beat) const
@@ -274,7 +279,12 @@ Verdict StopCheck::brakeAfter(const Eigen::Vector3d& command, const Verdict& to_
   // The next pass will count from the speed that this command leads to.
   if (!enough.of(sweep)) brakeToRest(held, faster(begin_.v, held.v), enough, sweep);
   const bool clear = sweep.fixed >= -kRounding;
-  return {sweep.fixed, sweep.mover, sweep.cause, nullptr, {}, clear,
+  return {sweep.fixed,
+          sweep.mover,
+          sweep.cause,
+          nullptr,
+          {},
+          clear,
           clear && sweep.mover >= -kRounding};
 }
 
@@ -288,8 +298,8 @@ Verdict StopCheck::followAfter(const Eigen::Vector3d& command, const StopPath& p
   surroundings_.look(held.p, sweep);
   followToRest(held, plan, piece, {to_beat, allowed}, sweep);
   const bool clear = sweep.fixed >= allowed;
-  return {sweep.fixed, sweep.mover, sweep.cause, &plan, {}, clear,
-          clear && sweep.mover >= -kRounding};
+  return {
+      sweep.fixed, sweep.mover, sweep.cause, &plan, {}, clear, clear && sweep.mover >= -kRounding};
 }
 
 Verdict StopCheck::judge(const Eigen::Vector3d& command, const Verdict& to_beat) const

@@ -226,8 +226,7 @@ Eigen::Vector3d Surroundings::aside() const
     if (!usable(mover)) continue;
     const Eigen::Vector3d to = from_L_ - mover.at(input_.t + tau_);
     const Eigen::Vector2d away = to.head<2>().stableNormalized(), v = mover.v_L.head<2>();
-    const double when =
-        (to.head<2>().norm() - mover.radius_m) / std::max(away.dot(v), kStill);
+    const double when = (to.head<2>().norm() - mover.radius_m) / std::max(away.dot(v), kStill);
     if (!(when < soonest)) continue;
     soonest = when;
     Eigen::Vector2d side = v.norm() > kStill ? Eigen::Vector2d(-v.y(), v.x()).normalized() : away;

@@ -198,8 +198,8 @@ core::MovingObstacle Track::at(double time) const
   // The lowest capsule that holds an upright cylinder: its caps reach into the rim.
   const double margin = config_.radius_margin_m;
   mover.radius_m = half_width_m + margin;
-  mover.half_axis_m = std::max(
-      0.0, tallest_m_ + ring_gap_m_ - std::sqrt(margin * (2.0 * half_width_m + margin)));
+  mover.half_axis_m =
+      std::max(0.0, tallest_m_ + ring_gap_m_ - std::sqrt(margin * (2.0 * half_width_m + margin)));
   mover.sigma_p_m = std::sqrt(plane.pp);
   mover.sigma_v_mps = std::sqrt(plane.vv);
   return mover;

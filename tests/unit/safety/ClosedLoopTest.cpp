@@ -188,14 +188,15 @@ TEST(ClosedLoop, NorWithSomebodyWalkingIntoIt)
 {
   std::uint64_t seed = 700;
   for (Attack attack :
-       {Attack{.ticks = 200, .walkers = 2},
-        Attack{.true_lag = 0.25, .ticks = 200, .walkers = 1},
+       {Attack{.ticks = 200, .walkers = 2}, Attack{.true_lag = 0.25, .ticks = 200, .walkers = 1},
         Attack{.speed = 2.0, .acceleration = 3.0, .ticks = 200, .lying_plans = true, .walkers = 2}})
   {
     const double least = worstOf(attack, seed += 100);
     std::printf("walkers: least clearance beyond the radius %.4f m, %.0f m flown, %d evasions\n",
                 least, attack.distance, attack.evasions);
-    EXPECT_GE(least, attack.lying_plans ? -attack.graze - 1e-4 : attack.true_lag > 0.2 ? -1e-3 : -1e-6);
+    EXPECT_GE(least, attack.lying_plans      ? -attack.graze - 1e-4
+                     : attack.true_lag > 0.2 ? -1e-3
+                                             : -1e-6);
     EXPECT_GT(attack.evasions, 50);
   }
 }

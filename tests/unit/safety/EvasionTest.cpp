@@ -59,9 +59,9 @@ Least stand(test::GateFlight& flight, const safety::SafetyConfig& config,
     kept = out.evasion;
     flight.obey(out.command);
     for (const core::MovingObstacle& mover : movers)
-      least.mover = std::min(least.mover,
-                             (mover.nearest(flight.motion.p, flight.t) - flight.motion.p).norm() -
-                                 kBody - flight.vehicle.radius_m);
+      least.mover = std::min(
+          least.mover, (mover.nearest(flight.motion.p, flight.t) - flight.motion.p).norm() - kBody -
+                           flight.vehicle.radius_m);
     least.low = std::min(least.low, flight.motion.p.z());
     least.high = std::max(least.high, flight.motion.p.z());
   }
@@ -89,9 +89,9 @@ TEST(Evasion, WhoStandsStepsAsideForWhoWalksIntoHim)
     test::GateFlight flight;
     flight.true_lag_s = rng.uniform(0.15, 0.25);
     flight.field = test::makeForest(rng, 6, 1.2);
-    const core::MovingObstacle mover = towardsOrigin(rng.uniform(0.0, 2.0 * std::numbers::pi),
-                                                     rng.uniform(0.3, 1.2), 5.0,
-                                                     rng.uniform(-0.4, 0.4));
+    const core::MovingObstacle mover =
+        towardsOrigin(rng.uniform(0.0, 2.0 * std::numbers::pi), rng.uniform(0.3, 1.2), 5.0,
+                      rng.uniform(-0.4, 0.4));
     test::GateFlight other = flight;
     const Least with = stand(flight, evading(true), std::span(&mover, 1), 25.0);
     const Least without = stand(other, evading(false), std::span(&mover, 1), 25.0);
