@@ -224,8 +224,9 @@ void Pass::explain(const Verdict& refused, double excused)
 /// Begins the way aside that keeps the largest distance.
 void Pass::evade(const StopCheck& check, Verdict& best)
 {
-  constexpr double kAmple = 0.5;     // [m] more is not looked for
-  constexpr double kFaithful = 0.1;  // [m] by which another way must be better than the one begun
+  constexpr double kAmple = 0.5;  // [m] more is not looked for
+  constexpr double kFaithful =
+      0.1;  // [m] by which another way must be better than the one counted on
   bool begun = check.keepsEvasion();
   for (const Evasion& evasion : check.evasions())
   {

@@ -156,7 +156,7 @@ TEST(Evasion, WhatStandsIsNotHitToDodge)
 
 TEST(Evasion, OnlyWhoMayMoveMovesAndOnlyWhereTheMapIsKnown)
 {
-  const core::MovingObstacle mover = towardsOrigin(0.5, 1.0, 1.4, 0.05);
+  const core::MovingObstacle mover = towardsOrigin(0.5, 1.2, 1.2, 0.05);
   test::GateFlight flight;
   flight.field = std::make_shared<const test::AnalyticField>(std::vector<test::Obstacle>{});
   const safety::OutputGate gate({}, flight.vehicle);
