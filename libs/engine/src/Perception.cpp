@@ -41,7 +41,7 @@ void Engine::Impl::mapPending(double t)
     }
     // Not fused, the map grows old, and the vehicle waits until sensor and map agree again.
     const auto map = currentMap();
-    scan_refused = map && contradicts(job, *map->field);
+    scan_refused = map && contradicts(job, *map->field, map->movers);
     if (scan_refused)
     {
       ++statistics.dropped["scan: contradicts the map"];
