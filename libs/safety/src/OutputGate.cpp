@@ -227,17 +227,20 @@ void Pass::evade(const StopCheck& check, Verdict& best)
   constexpr double kAmple = 0.5;  // [m] more is not looked for
   constexpr double kFaithful =
       0.1;  // [m] by which another way must be better than the one counted on
-  bool begun = check.keepsEvasion();
+  constexpr double kPatient =
+      0.03;  // [m] and than one that may begin later: less than a tick costs
+  bool begun = check.keepsEvasion(), kept = false;
   for (const Evasion& evasion : check.evasions())
   {
     const Eigen::Vector3d command = detail::limited(evasion.v_W, last.v_W, change, vehicle);
     Verdict bar = best;
-    if (!begun && best.evasion.for_s > 0.0) bar.mover += kFaithful;
+    if (!begun && best.evasion.for_s > 0.0) bar.mover += kept ? kFaithful : kPatient;
     const Verdict verdict = check.judge(command, evasion, bar);
     if (verdict.betterThan(bar))
     {
       best = verdict;
       target = command;
+      kept = begun;
     }
     if (best.stands_clear && best.mover >= (begun ? config.evasion_margin_m : kAmple)) return;
     begun = false;
