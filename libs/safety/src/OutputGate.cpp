@@ -194,7 +194,8 @@ void Pass::chooseInstead(const StopCheck& check, const Verdict& refused)
   }
   for (const double share : {0.5, 0.25, 0.75})
     if (!found) found = better(blend(share));
-  if (!found) better(detail::limited(last.v_W + change * check.away(), last.v_W, change, vehicle));
+  if (!best.stands_clear)
+    better(detail::limited(last.v_W + change * check.away(), last.v_W, change, vehicle));
   if (!best.good) evade(check, best);
   rely(best, check);
   if (target != wanted) explain(refused, check.excused());  // else nothing would be better
@@ -224,17 +225,15 @@ void Pass::explain(const Verdict& refused, double excused)
 /// Begins the way aside that keeps the largest distance.
 void Pass::evade(const StopCheck& check, Verdict& best)
 {
-  constexpr double kAmple = 0.5;  // [m] more is not looked for
-  constexpr double kFaithful =
-      0.1;  // [m] by which another way must be better than the one counted on
-  constexpr double kPatient =
-      0.03;  // [m] and than one that may begin later: less than a tick costs
+  constexpr double kAmple = 0.5;     // [m] more is not looked for
+  constexpr double kFaithful = 0.1;  // [m] by which another way must be better than the one begun
   bool begun = check.keepsEvasion(), kept = false;
   for (const Evasion& evasion : check.evasions())
   {
     const Eigen::Vector3d command = detail::limited(evasion.v_W, last.v_W, change, vehicle);
     Verdict bar = best;
-    if (!begun && best.evasion.for_s > 0.0) bar.mover += kept ? kFaithful : kPatient;
+    // Not so for one that may begin later: each tick of waiting costs less than any such margin.
+    if (kept) bar.mover += kFaithful;
     const Verdict verdict = check.judge(command, evasion, bar);
     if (verdict.betterThan(bar))
     {
@@ -242,7 +241,9 @@ void Pass::evade(const StopCheck& check, Verdict& best)
       target = command;
       kept = begun;
     }
-    if (best.stands_clear && best.mover >= (begun ? config.evasion_margin_m : kAmple)) return;
+    if (best.stands_clear && best.leaves &&
+        best.mover >= (begun ? config.evasion_margin_m : kAmple))
+      return;
     begun = false;
   }
 }

@@ -71,8 +71,19 @@ StopCheck::StopCheck(const GateInput& input, const SafetyConfig& config,
       begin_(beginOf(input, vehicle, last)),
       surroundings_(input, config, vehicle, field, begin_.p, begin_.tau)
 {
-  const bool sees = field && input.map_age_s <= config.map_timeout_s;
-  if (config.evade && input.may_evade && sees && surroundings_.moversNear()) listEvasions(config);
+  if (!config.evade || !field) return;
+  keepEvasion(config);
+  const bool sees = input.map_age_s <= config.map_timeout_s;
+  if (input.may_evade && sees && surroundings_.moversNear()) listEvasions(config);
+}
+
+/// Also when nothing moves any more: it may be the only way left that is clear of what stands.
+void StopCheck::keepEvasion(const SafetyConfig& config)
+{
+  Evasion kept = input_.kept_evasion;
+  kept.for_s -= std::isfinite(input_.dt) ? input_.dt : 0.0;
+  keeps_ = kept.v_W.allFinite() && kept.for_s > 0.0 && kept.for_s <= config.mover_horizon_s;
+  if (keeps_) evasions_[evasion_count_++] = kept;
 }
 
 /** Eight directions and three durations: sideways first, then on and away, towards the mover last,
@@ -83,10 +94,6 @@ void StopCheck::listEvasions(const SafetyConfig& config)
   constexpr double kTurns[] = {0.0, 2.0, 0.5, 1.5, 1.0, -0.5, -1.5, -1.0};
   constexpr double kShares[] = {0.8, 0.5, 0.25};  // of the horizon
   const auto add = [this](const Evasion& evasion) { evasions_[evasion_count_++] = evasion; };
-  Evasion kept = input_.kept_evasion;
-  kept.for_s -= std::isfinite(input_.dt) ? input_.dt : 0.0;
-  keeps_ = kept.v_W.allFinite() && kept.for_s > 0.0 && kept.for_s <= config.mover_horizon_s;
-  if (keeps_) add(kept);
   const Eigen::Vector3d side = surroundings_.aside();
   for (const double share : kShares)
     for (const double turn : kTurns)
@@ -100,7 +107,9 @@ void StopCheck::listEvasions(const SafetyConfig& config)
 
 bool StopCheck::Enough::of(const Sweep& sweep) const
 {
-  if (sweep.fixed >= allowed) return to_beat.stands_clear && sweep.mover < to_beat.mover;
+  if (sweep.fixed >= allowed)
+    return to_beat.stands_clear &&
+           sweep.mover < (to_beat.safe() ? to_beat.mover : std::min(to_beat.mover, 0.0));
   return to_beat.stands_clear || std::min(sweep.fixed, sweep.mover) < to_beat.slack();
 }
 
@@ -168,10 +177,36 @@ void StopCheck::brakeToRest(Flight flight, const Eigen::Vector3d& from, const En
   piece.hull.col(3) = piece.end = flight.p + vehicle_.velocity_lag_s * flight.v;
   piece.hull.col(2) = piece.end;
   piece.hull.col(3) += lateness(from, Eigen::Vector3d::Zero());
-  piece.tau = flight.tau;
-  piece.duration = 3.0 * vehicle_.velocity_lag_s;
+  surroundings_.passStanding(piece, sweep);
+  if (!enough.of(sweep)) waitAtRest(flight, enough, sweep);
+}
+
+/** Who has braked is not yet safe from what moves: ways that end early would seem better than those
+ * that leave, were they not looked at for as long. */
+void StopCheck::waitAtRest(Flight flight, const Enough& enough, Sweep& sweep) const
+{
+  constexpr double kStill = 0.01;  // [m/s]
+  constexpr int kPieces = 20;      // of the whole time
+  const double until = surroundings_.moversUntil();
+  while (flight.tau < until && flight.v.norm() > kStill)
+  {
+    surroundings_.passMovers(fly(flight, flight.u), sweep);
+    if (enough.of(sweep)) return;
+  }
+  Piece piece;
+  piece.end = flight.p + vehicle_.velocity_lag_s * flight.v;
+  piece.hull.colwise() = piece.end;
+  piece.hull.col(0) = flight.p;
+  piece.duration = std::max(hold_s_, (until - begin_.tau) / kPieces);
   piece.spread = flight.v.norm();
-  surroundings_.pass(piece, sweep);
+  for (piece.tau = flight.tau; piece.tau < until; piece.tau += piece.duration)
+  {
+    surroundings_.passMovers(piece, sweep);
+    if (enough.of(sweep)) return;
+    piece.hull.colwise() = piece.end;
+    piece.spread = 0.0;
+  }
+  surroundings_.passBeyond(piece.end, sweep);
 }
 
 /// Feed-forward of the plan's velocity, what the lag takes of it, and a pull to the plan.
@@ -256,14 +291,10 @@ Verdict StopCheck::judge(const Eigen::Vector3d& command, const Evasion& evasion,
   piece.hull.col(3) += lateness(begin_.v, held.v);
   surroundings_.pass(piece, sweep);
   if (!enough.of(sweep)) evadeToRest(held, evasion, faster(begin_.v, held.v), enough, sweep);
-  const bool clear = sweep.fixed >= -kRounding;
-  return {sweep.fixed,
-          sweep.mover,
-          sweep.cause,
-          nullptr,
-          evasion,
-          clear,
-          clear && sweep.mover >= evasion_margin_m_};
+  const bool clear = sweep.fixed >= -kRounding, leaves = sweep.beyond >= 0.0;
+  return {
+      sweep.fixed, sweep.mover, sweep.cause, nullptr,
+      evasion,     clear,       leaves,      clear && leaves && sweep.mover >= evasion_margin_m_};
 }
 
 Verdict StopCheck::brakeAfter(const Eigen::Vector3d& command, const Verdict& to_beat) const
@@ -279,13 +310,8 @@ Verdict StopCheck::brakeAfter(const Eigen::Vector3d& command, const Verdict& to_
   // The next pass will count from the speed that this command leads to.
   if (!enough.of(sweep)) brakeToRest(held, faster(begin_.v, held.v), enough, sweep);
   const bool clear = sweep.fixed >= -kRounding;
-  return {sweep.fixed,
-          sweep.mover,
-          sweep.cause,
-          nullptr,
-          {},
-          clear,
-          clear && sweep.mover >= -kRounding};
+  return {sweep.fixed, sweep.mover, sweep.cause, nullptr,
+          {},          clear,       true,        clear && sweep.mover >= -kRounding};
 }
 
 Verdict StopCheck::followAfter(const Eigen::Vector3d& command, const StopPath& plan,
@@ -298,8 +324,8 @@ Verdict StopCheck::followAfter(const Eigen::Vector3d& command, const StopPath& p
   surroundings_.look(held.p, sweep);
   followToRest(held, plan, piece, {to_beat, allowed}, sweep);
   const bool clear = sweep.fixed >= allowed;
-  return {
-      sweep.fixed, sweep.mover, sweep.cause, &plan, {}, clear, clear && sweep.mover >= -kRounding};
+  return {sweep.fixed, sweep.mover, sweep.cause, &plan,
+          {},          clear,       true,        clear && sweep.mover >= -kRounding};
 }
 
 Verdict StopCheck::judge(const Eigen::Vector3d& command, const Verdict& to_beat) const

@@ -21,14 +21,18 @@ struct Verdict
   const StopPath* plan = nullptr;  ///< null: straight away, or by the evasion
   Evasion evasion{};
   bool stands_clear = false;  ///< of all that stands
-  bool good = false;          ///< and of what moves
+  bool leaves = true;         ///< does not end where something moves on to
+  bool good = false;          ///< clear of all, as far as it is asked for
 
   [[nodiscard]] double slack() const { return std::min(fixed, mover); }
-  /// What stands never yields to what moves.
+  [[nodiscard]] bool safe() const { return leaves && mover >= 0.0; }
+  /// What stands never yields to what moves. Then, who runs ahead of somebody runs for ever:
+  /// however little a way is clear that ends beside his way, it is the better one.
   [[nodiscard]] bool betterThan(const Verdict& other) const
   {
     if (stands_clear != other.stands_clear) return stands_clear;
-    return stands_clear ? mover > other.mover : slack() > other.slack();
+    if (!stands_clear) return slack() > other.slack();
+    return safe() != other.safe() ? safe() : mover > other.mover;
   }
 };
 
@@ -89,6 +93,7 @@ class StopCheck
   /// @param from what the reserve of lag counts from; zero: without it
   void brakeToRest(Flight flight, const Eigen::Vector3d& from, const Enough& enough,
                    Sweep& sweep) const;
+  void waitAtRest(Flight flight, const Enough& enough, Sweep& sweep) const;
   void followToRest(Flight flight, const StopPath& plan, const Piece& held, const Enough& enough,
                     Sweep& sweep) const;
   void evadeToRest(Flight flight, const Evasion& evasion, Eigen::Vector3d fastest,
@@ -96,6 +101,7 @@ class StopCheck
   [[nodiscard]] Verdict brakeAfter(const Eigen::Vector3d& command, const Verdict& to_beat) const;
   [[nodiscard]] Verdict followAfter(const Eigen::Vector3d& command, const StopPath& plan,
                                     const Verdict& to_beat) const;
+  void keepEvasion(const SafetyConfig& config);
   void listEvasions(const SafetyConfig& config);
   [[nodiscard]] bool stopsInRoom(const Flight& flight, double late, Sweep& sweep) const;
   [[nodiscard]] Eigen::Vector3d track(const StopPath& plan, const Flight& flight) const;

@@ -138,9 +138,19 @@ double Surroundings::room(const Eigen::Vector3d& p_L, const Sweep& sweep) const
 
 void Surroundings::pass(const Piece& piece, Sweep& sweep) const
 {
+  passStanding(piece, sweep);
+  passMovers(piece, sweep);
+}
+
+double Surroundings::moversUntil() const
+{
+  return movers_near_ ? tau_ + config_.mover_horizon_s : -kInfinity;
+}
+
+void Surroundings::passStanding(const Piece& piece, Sweep& sweep) const
+{
   if (!piece.hull.allFinite()) return sweep.lower(-kInfinity, Cause::Map);
   if (field_) passMap(piece, sweep);
-  if (movers_near_) passMovers(piece, sweep);
   if (fenced_) passFence(piece, sweep);
 }
 
@@ -199,7 +209,7 @@ double Surroundings::moverRadius(const core::MovingObstacle& mover, double tau) 
 
 void Surroundings::passMovers(const Piece& piece, Sweep& sweep) const
 {
-  if (piece.tau > tau_ + config_.mover_horizon_s) return;
+  if (!(piece.tau <= moversUntil())) return;
   for (const core::MovingObstacle& mover : input_.movers)
   {
     if (!usable(mover)) continue;
@@ -213,6 +223,20 @@ void Surroundings::passMovers(const Piece& piece, Sweep& sweep) const
                        mover.half_axis_m) -
         bend - moverRadius(mover, piece.tau + piece.duration);
     sweep.mover = std::min(sweep.mover, distance - std::min(radius_, now));
+  }
+}
+
+void Surroundings::passBeyond(const Eigen::Vector3d& end_L, Sweep& sweep) const
+{
+  constexpr double kHorizons = 2.0;  // that somebody is taken to walk straight on
+  if (!movers_near_) return;
+  for (const core::MovingObstacle& mover : input_.movers)
+  {
+    if (!usable(mover)) continue;
+    const Eigen::Vector3d from = end_L - mover.at(input_.t + moversUntil());
+    const double distance = distanceToAxis(
+        from, from - kHorizons * config_.mover_horizon_s * mover.v_L, mover.half_axis_m);
+    sweep.beyond = std::min(sweep.beyond, distance - moverRadius(mover, moversUntil()) - radius_);
   }
 }
 

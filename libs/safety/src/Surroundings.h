@@ -34,8 +34,10 @@ struct Sweep
 {
   double fixed = std::numeric_limits<double>::infinity();  ///< [m] least clearance - required one
   double mover = std::numeric_limits<double>::infinity();  ///< [m] likewise, of what moves
-  Cause cause = Cause::Map;                                ///< of `fixed`
-  Eigen::Vector3d anchor = Eigen::Vector3d::Zero();        ///< [m] the place last looked up
+  /// [m] Likewise of the place where the way ends, if what moves walks on after that.
+  double beyond = std::numeric_limits<double>::infinity();
+  Cause cause = Cause::Map;                          ///< of `fixed`
+  Eigen::Vector3d anchor = Eigen::Vector3d::Zero();  ///< [m] the place last looked up
   /// [m] The map's slack there, per layer.
   std::array<double, 2> anchor_slack{-std::numeric_limits<double>::infinity(),
                                      -std::numeric_limits<double>::infinity()};
@@ -62,6 +64,16 @@ class Surroundings
 
   /// Takes a piece of the way into account.
   void pass(const Piece& piece, Sweep& sweep) const;
+
+  /// The same, of what stands only: when the piece is flown does not matter.
+  void passStanding(const Piece& piece, Sweep& sweep) const;
+  void passMovers(const Piece& piece, Sweep& sweep) const;
+
+  /// Where the vehicle rests in the end: does something move on over this place?
+  void passBeyond(const Eigen::Vector3d& end_L, Sweep& sweep) const;
+
+  /// [s] From now, how far ahead movers are believed; -infinity if none may come near.
+  [[nodiscard]] double moversUntil() const;
 
   /// [m] within this of a place nothing comes nearer than it may, as far as what was looked up
   /// last tells; -infinity where that says nothing.
@@ -94,7 +106,6 @@ class Surroundings
                                  const Layer& layer, double ball) const;
   [[nodiscard]] double chainSlack(const core::Hull4& hull, const Layer& layer) const;
   void passMap(const Piece& piece, Sweep& sweep) const;
-  void passMovers(const Piece& piece, Sweep& sweep) const;
   void passFence(const Piece& piece, Sweep& sweep) const;
   [[nodiscard]] double moverRadius(const core::MovingObstacle& mover, double tau) const;
   [[nodiscard]] double fenceSlack(const Eigen::Vector3d& p_L) const;
