@@ -127,7 +127,7 @@ void Pass::fence(const StopCheck& check)
 void Pass::keepStop(const StopCheck& check, bool trusted)
 {
   if (!field() && input.movers.empty()) return;
-  const Verdict verdict = check.judge(target, Verdict{});
+  const Verdict verdict = check.judge(target, Verdict{}, check.evasions());
   rely(verdict, check);
   // Without anything around there is no margin to tell of.
   if (!std::isfinite(verdict.slack())) output.stop_margin_m = 0.0;
@@ -151,7 +151,7 @@ void Pass::followInstead(const StopCheck& check, const Verdict& grazing)
   {
     if (!plan) continue;
     const Eigen::Vector3d command = detail::limited(check.follow(*plan), last.v_W, change, vehicle);
-    Verdict verdict = check.judge(command, best);
+    Verdict verdict = check.judge(command, best, check.keptEvasion());
     if (!(verdict.slack() > best.slack())) continue;
     target = command;
     best = verdict;
@@ -164,11 +164,11 @@ void Pass::chooseInstead(const StopCheck& check, const Verdict& refused)
 {
   const Eigen::Vector3d wanted = target;
   Verdict best = refused;
-  const auto better = [&](const Eigen::Vector3d& command)
+  const auto better = [&](const Eigen::Vector3d& command, std::span<const Evasion> aside)
   {
     Verdict bar = best;
     if (best.good) bar.mover = std::min(best.mover, 0.0);
-    const Verdict verdict = check.judge(command, bar);
+    const Verdict verdict = check.judge(command, bar, aside);
     // Among good ones the later one counts: the halving climbs towards what was wanted.
     if (!(verdict.good || (!best.good && verdict.betterThan(best)))) return false;
     best = verdict;
@@ -181,21 +181,27 @@ void Pass::chooseInstead(const StopCheck& check, const Verdict& refused)
   bool found = false;
   for (const StopPath* plan : {input.plan, input.kept_plan})
     if (plan && !found)
-      found = better(detail::limited(check.follow(*plan), last.v_W, change, vehicle));
-  if (!found && better(brake))
+      found = better(detail::limited(check.follow(*plan), last.v_W, change, vehicle),
+                     check.keptEvasion());
+  const bool brakes = (brake - wanted).cwiseAbs().maxCoeff() <= kSame;
+  if (!found && !brakes && better(brake, check.evasions()))
   {
     found = true;
+    // The way aside that saves the brake is the one to save more.
+    const Evasion aside = best.evasion;
+    const auto same = aside.for_s > 0.0 ? std::span(&aside, 1) : check.keptEvasion();
     double low = 0.0, high = 1.0;
     for (int halving = 0; halving < kHalvings; ++halving)
     {
       const double middle = 0.5 * (low + high);
-      (better(blend(middle)) ? low : high) = middle;
+      (better(blend(middle), same) ? low : high) = middle;
     }
   }
   for (const double share : {0.5, 0.25, 0.75})
-    if (!found) found = better(blend(share));
+    if (!found && !brakes) found = better(blend(share), check.keptEvasion());
   if (!best.stands_clear)
-    better(detail::limited(last.v_W + change * check.away(), last.v_W, change, vehicle));
+    better(detail::limited(last.v_W + change * check.away(), last.v_W, change, vehicle),
+           check.keptEvasion());
   if (!best.good) evade(check, best);
   rely(best, check);
   if (target != wanted) explain(refused, check.excused());  // else nothing would be better

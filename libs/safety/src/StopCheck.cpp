@@ -328,7 +328,8 @@ Verdict StopCheck::followAfter(const Eigen::Vector3d& command, const StopPath& p
           {},          clear,       true,        clear && sweep.mover >= -kRounding};
 }
 
-Verdict StopCheck::judge(const Eigen::Vector3d& command, const Verdict& to_beat) const
+Verdict StopCheck::judge(const Eigen::Vector3d& command, const Verdict& to_beat,
+                         std::span<const Evasion> aside) const
 {
   Verdict best = brakeAfter(command, to_beat);
   const auto better = [&best](const Verdict& other)
@@ -346,7 +347,7 @@ Verdict StopCheck::judge(const Eigen::Vector3d& command, const Verdict& to_beat)
       better(verdict);
     }
   // What the last command may have counted on always, others only because of what moves.
-  for (const Evasion& evasion : evasions().first(walked_into ? evasion_count_ : keeps_))
+  for (const Evasion& evasion : walked_into ? aside : keptEvasion())
     if (best.good || better(judge(command, evasion, bar()))) break;
   return best;
 }

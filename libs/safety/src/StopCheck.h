@@ -46,7 +46,9 @@ class StopCheck
             const Eigen::Vector3d& last, const core::DistanceField* field);
 
   /// @param to_beat a verdict that is not better need not be exact
-  [[nodiscard]] Verdict judge(const Eigen::Vector3d& command, const Verdict& to_beat) const;
+  /// @param aside the ways aside that may be counted on later
+  [[nodiscard]] Verdict judge(const Eigen::Vector3d& command, const Verdict& to_beat,
+                              std::span<const Evasion> aside) const;
 
   /// The same for a command from which the vehicle steps aside.
   [[nodiscard]] Verdict judge(const Eigen::Vector3d& command, const Evasion& evasion,
@@ -57,6 +59,8 @@ class StopCheck
   {
     return std::span(evasions_).first(evasion_count_);
   }
+  /// What the last command counted on, if it did.
+  [[nodiscard]] std::span<const Evasion> keptEvasion() const { return evasions().first(keeps_); }
   /// Whether the first of them is the one that the last command counted on.
   [[nodiscard]] bool keepsEvasion() const { return keeps_; }
 
