@@ -188,7 +188,9 @@ void StopCheck::waitAtRest(Flight flight, const Enough& enough, Sweep& sweep) co
   constexpr double kStill = 0.01;  // [m/s]
   constexpr int kPieces = 20;      // of the whole time
   const double until = surroundings_.moversUntil();
-  while (flight.tau < until && flight.v.norm() > kStill)
+  // Counted, since absurd times do not advance.
+  for (int step = 0; step < kMostFollowSteps && flight.tau < until && flight.v.norm() > kStill;
+       ++step)
   {
     surroundings_.passMovers(fly(flight, flight.u), sweep);
     if (enough.of(sweep)) return;
@@ -199,7 +201,8 @@ void StopCheck::waitAtRest(Flight flight, const Enough& enough, Sweep& sweep) co
   piece.hull.col(0) = flight.p;
   piece.duration = std::max(hold_s_, (until - begin_.tau) / kPieces);
   piece.spread = flight.v.norm();
-  for (piece.tau = flight.tau; piece.tau < until; piece.tau += piece.duration)
+  piece.tau = flight.tau;
+  for (int i = 0; i <= kPieces && piece.tau < until; ++i, piece.tau += piece.duration)
   {
     surroundings_.passMovers(piece, sweep);
     if (enough.of(sweep)) return;
