@@ -108,7 +108,7 @@ struct GateOutput
  *  Moving obstacles are to stay clear of that way as far as they are predicted. Where they would
  *  not, a way aside counts, too: flown for a while and then braked to rest, all of it inside known
  *  free space. If the wanted command leaves none with a margin, the way aside that keeps the
- * largest distance is begun at once. What stands never yields to what moves: of several ways those
+ *  largest distance is begun at once. What stands never yields to what moves: of several ways those
  * clear of the map come first.
  *
  *  Braking for lack of trust (ages, numbers) goes along a plan where braking straight away would
