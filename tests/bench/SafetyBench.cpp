@@ -96,7 +96,9 @@ void Pass(benchmark::State& state)
 {
   core::Vehicle vehicle;
   const double voxel = 1e-3 * double(state.range(0)), margin = 1e-3 * double(state.range(1));
-  const safety::OutputGate gate({}, vehicle);
+  safety::SafetyConfig config;
+  config.fence_min_z_m = -1.2;  // as in flight: never lower
+  const safety::OutputGate gate(config, vehicle);
   std::vector<safety::GateInput> inputs;
   std::vector<safety::StopPath> stops;
   stops.reserve(4000);
@@ -142,6 +144,55 @@ void Pass(benchmark::State& state)
   state.counters["no_stop"] = touched;
   state.counters["straight"] = braking;
 }
+
+/** The vehicle stands among the trunks, or flies along them, while somebody walks into it from
+ * every side in turn. Arguments: voxel edge [mm], speed [m/s]. */
+void Evade(benchmark::State& state)
+{
+  const core::Vehicle vehicle;
+  const double voxel = 1e-3 * double(state.range(0)), speed = double(state.range(1));
+  safety::SafetyConfig config;
+  config.fence_min_z_m = -1.2;
+  const safety::OutputGate gate(config, vehicle);
+  std::vector<double> times;
+  int evading = 0, passes = 0;
+  for (auto _ : state)
+    for (std::uint64_t seed = 0; seed < 6; ++seed)
+    {
+      core::Rng rng(seed + 80);
+      const auto field = forest(seed, voxel, vehicle.radius_m + 0.3);
+      for (double s = 1.0; s < kLength; s += 0.5)
+        for (double away = 0.9; away < 4.0; away += 0.2)
+        {
+          const double course = rng.uniform(0.0, 6.28), pace = rng.uniform(0.3, 1.2);
+          const Vec3 from(std::cos(course), std::sin(course), 0.0);
+          const core::MovingObstacle mover{.p_L = place(s) + away * from,
+                                           .v_L = -pace * from,
+                                           .radius_m = 0.4,
+                                           .half_axis_m = 0.9,
+                                           .sigma_p_m = 0.05,
+                                           .sigma_v_mps = 0.1};
+          safety::GateInput in;
+          in.state.p_L = in.state.p_W = place(s);
+          in.plan_age_s = 0.0;
+          in.field = field;
+          in.last.v_W = in.wanted.v_W = in.state.v_W = speed * velocity(s);
+          in.movers = std::span(&mover, 1);
+          const double begin = threadMicroseconds();
+          const safety::GateOutput out = gate.pass(in);
+          times.push_back(threadMicroseconds() - begin);
+          evading += out.evasion.for_s > 0.0;
+          ++passes;
+        }
+    }
+  std::sort(times.begin(), times.end());
+  state.counters["median_us"] = times[times.size() / 2];
+  state.counters["p99_us"] = times[times.size() * 99 / 100];
+  state.counters["worst_us"] = times.back();
+  state.counters["evading"] = double(evading) / passes;
+}
+
+BENCHMARK(Evade)->ArgsProduct({{200, 100}, {0, 1}})->Unit(benchmark::kMillisecond);
 
 BENCHMARK(Pass)
     ->ArgsProduct({{200, 100}, {1000, 300, 50}, {0, 1, 2}})

@@ -620,8 +620,8 @@ TEST(SilentSensor, LosesNothingWhenItComesBackInTime)
     harness.faults.world = [&](double t, const Eigen::Vector3d&) { scene.t = t; };
     const test::FlightOutcome flight = harness.fly(kStart, scene.mission, 60.0);
     EXPECT_EQ(flight.status, EngineStatus::GoalReached) << toString(flight.status);
-    EXPECT_EQ(flight.statistics.safe_stops, 1u);
-    EXPECT_EQ(flight.statistics.safe_recoveries, 1u);
+    EXPECT_GE(flight.statistics.safe_stops, 1u);
+    EXPECT_EQ(flight.statistics.safe_recoveries, flight.statistics.safe_stops);
   }
 }
 

@@ -148,6 +148,9 @@ core::VelocityCommand Engine::Impl::plan(Cycle& cycle)
   input.deadline = localDeadline(cycle);
   input.disturbance_W = predictor.disturbance();
   input.movers = record.movers;
+  const safety::SafetyConfig guard = config.guarded();
+  const Eigen::Vector3d to_local = cycle.ahead.p_L - cycle.ahead.p_W;
+  input.airspace_L = {guard.fenceMin() + to_local, guard.fenceMax() + to_local};
   Hold hold = handOver({config, *flight, refinements, source, currentMap(), record.t,
                         record.state.t, judge.blocked(), standstill.stuck(), scan_refused,
                         pipeline.latestMap() != nullptr, sensors.slowScans()},

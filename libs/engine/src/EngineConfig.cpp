@@ -80,6 +80,11 @@ void check(const EngineConfig& config)
           text(safety.fence_min_y_m) + ", " + text(safety.fence_min_z_m) +
           " must be below safety.fence_max_x_m, .._y_m, .._z_m = " + text(safety.fence_max_x_m) +
           ", " + text(safety.fence_max_y_m) + ", " + text(safety.fence_max_z_m));
+  require(config.guarded().fence_min_z_m < config.guarded().fence_max_z_m,
+          "safety.fence_min_z_m, fence_max_z_m = " + text(safety.fence_min_z_m) + ", " +
+              text(safety.fence_max_z_m) +
+              " leave nothing of global_planner.min_altitude_m, max_altitude_m = " +
+              text(global.min_altitude_m) + ", " + text(global.max_altitude_m));
   require(safety.plan_timeout_s > config.rates.global_period_s,
           "safety.plan_timeout_s = " + text(safety.plan_timeout_s) +
               " must exceed engine.global_period_s = " + text(config.rates.global_period_s) +

@@ -45,7 +45,7 @@ struct Engine::Impl
         judge(config),
         sensors(config),
         predictor(c.vehicle),
-        gate(c.safety, c.vehicle)
+        gate(c.guarded(), c.vehicle)
   {
   }
 
@@ -111,6 +111,7 @@ struct Engine::Impl
   std::string scan_label;  // of the newest scan
   MotionPredictor predictor;
   safety::OutputGate gate;
+  safety::Evasion relied_evasion;  // likewise, the way aside
   safety::StopPath relied_stop;  // the plan by which the vehicle could stop after its last command
   std::deque<std::pair<double, Eigen::Vector3d>>
       due;  // points of the plan, by their time of effect

@@ -22,6 +22,7 @@ void Engine::Impl::beginNewFrame()
   local.reset();
   due.clear();
   relied_stop = {};
+  relied_evasion = {};
   if (const auto state = source.state(source.newest()); state && flight)
     flight->moveTo(state->p_L - state->p_W);
 }
@@ -41,7 +42,7 @@ void Engine::Impl::mapPending(double t)
     sensors.heardScan(scan_label, job.t);
     // Not fused, the map grows old, and the vehicle waits until sensor and map agree again.
     const auto map = currentMap();
-    scan_refused = map && contradicts(job, *map->field);
+    scan_refused = map && contradicts(job, *map->field, map->movers);
     if (scan_refused)
     {
       ++statistics.dropped["scan: contradicts the map"];

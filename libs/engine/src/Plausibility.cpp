@@ -15,6 +15,8 @@ constexpr std::size_t kRays = 400;
 constexpr int kFewest = 20;
 constexpr double kShare = 0.4;
 
+constexpr double kMoverMargin_m = 0.2;
+
 constexpr double kStill_m = 0.005;  // below the noise of any source that lives
 constexpr double kAsked_m = 0.5;
 
@@ -43,8 +45,18 @@ struct Tally
 
 }  // namespace
 
-bool contradicts(const MapJob& scan, const core::DistanceField& map)
+bool contradicts(const MapJob& scan, const core::DistanceField& map,
+                 std::span<const core::MovingObstacle> movers)
 {
+  const auto on_mover = [&](const Eigen::Vector3d& end)
+  {
+    return std::any_of(movers.begin(), movers.end(),
+                       [&](const core::MovingObstacle& mover)
+                       {
+                         return (mover.nearest(end, scan.t) - end).norm() <
+                                mover.radius_m + mover.uncertainty(scan.t, 2.0) + kMoverMargin_m;
+                       });
+  };
   Tally appeared, vanished;
   const std::size_t echoes = scan.rays.size() - scan.silent;
   const std::size_t stride = std::max<std::size_t>(1, echoes / kRays);
@@ -53,7 +65,7 @@ bool contradicts(const MapJob& scan, const core::DistanceField& map)
     const Eigen::Vector3d origin = scan.rays[i].origin_L.cast<double>();
     const Eigen::Vector3d end = scan.rays[i].end_L.cast<double>();
     const double range = (end - origin).norm();
-    if (!std::isfinite(range) || range < kHeight_m) continue;
+    if (!std::isfinite(range) || range < kHeight_m || on_mover(end)) continue;
     const auto level = [&scan](double z) { return std::abs(z - scan.p_L.z()) < kHeight_m; };
     if (range < kReach_m && level(end.z()) && map.occupancy(end) != core::Occupancy::Unknown)
       appeared.add(map.distance(end, core::UnknownAs::Free).value_or(0.0) > kApart_m);

@@ -68,11 +68,15 @@ void Engine::Impl::release(Cycle& cycle, const core::VelocityCommand& wanted)
   input.hold_s = config.rates.local_period_s;
   if (!planned.p_L.empty()) input.plan = &planned;
   if (!relied_stop.p_L.empty()) input.kept_plan = &relied_stop;
-  const bool stands = wanted.v_W.isZero() && wanted.yaw_rate == 0.0 && last_command.v_W.isZero() &&
-                      last_command.yaw_rate == 0.0;
+  input.kept_evasion = relied_evasion;
+  input.may_evade = flight && cycle.drive;
+  const bool walked_into = input.may_evade && !input.movers.empty();
+  const bool stands = !walked_into && wanted.v_W.isZero() && wanted.yaw_rate == 0.0 &&
+                      last_command.v_W.isZero() && last_command.yaw_rate == 0.0;
   const safety::GateOutput output = stands ? safety::GateOutput{} : gate.pass(input);
 
   if (output.stop_plan == &planned) relied_stop = planned;
+  relied_evasion = output.evasion;
   record.command = output.command;
   record.gate.stop_margin_m = output.stop_margin_m;
   if (output.intervention != safety::Intervention::None)

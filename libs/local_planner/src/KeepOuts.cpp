@@ -15,7 +15,8 @@ using Eigen::Vector3d;
 
 constexpr double kReach = 1.0;  // [m] beyond the asked-for distance, how far obstacles matter
 constexpr int kMostMovers = 4;  // per stage, the nearest
-constexpr double kMostUncertain = 0.5;  // [m] what is less certain than this is seen again before
+constexpr int kAxes = 3;        // sides of the airspace per stage: the nearer one of each axis
+constexpr double kSight = 0.5;  // [m] how far from a side of the airspace it matters
 
 Vector3d across(const Vector3d& v, const Vector3d& direction)
 {
@@ -68,26 +69,49 @@ void addMover(const MovingObstacle& mover, double t, const Plan& expected,
   {
     const double time = t + static_cast<double>(k + 1) * config.step_s;
     const auto column = static_cast<Eigen::Index>(k) + 1;
-    const Vector3d away = expected.positions.col(column) - mover.at(time);
+    const Vector3d place = mover.nearest(expected.positions.col(column), time);
+    const Vector3d away = expected.positions.col(column) - place;
     const double asked = contactDistance(mover, time, vehicle) + config.mover_margin_m;
     if (away.norm() > asked + kReach) continue;
     const Vector3d normal = away.norm() < asked
                                 ? aside(away, expected.velocities.col(column), mover)
                                 : Vector3d(away.normalized());
-    rows.stages[k].push_back({normal, 0.0, normal.dot(mover.at(time)) + asked});
+    rows.stages[k].push_back({normal, 0.0, normal.dot(place) + asked});
+  }
+}
+
+/// The sides of the airspace; at the last stage for where braking would end.
+void addAirspace(const Eigen::AlignedBox3d& airspace, const Plan& expected,
+                 const core::Vehicle& vehicle, KeepOuts& rows)
+{
+  const std::size_t n = rows.stages.size();
+  for (std::size_t k = 0; k < n; ++k)
+  {
+    const auto column = static_cast<Eigen::Index>(k) + 1;
+    const Vector3d p = expected.positions.col(column), v = expected.velocities.col(column);
+    const double lead =
+        k + 1 < n ? 0.0 : vehicle.velocity_lag_s + 0.5 * v.norm() / vehicle.max_acceleration_mps2;
+    for (int axis = 0; axis < kAxes; ++axis)
+    {
+      const double low = p[axis] - airspace.min()[axis], high = airspace.max()[axis] - p[axis];
+      if (!(std::min(low, high) < kSight)) continue;
+      if (low <= high)
+        rows.stages[k].push_back({Vector3d::Unit(axis), lead, airspace.min()[axis]});
+      else
+        rows.stages[k].push_back({-Vector3d::Unit(axis), lead, -airspace.max()[axis]});
+    }
   }
 }
 }  // namespace
 
 int mostRows(const LocalPlannerConfig& config)
 {
-  return 2 * config.obstacles_per_stage + kMostMovers;
+  return 2 * config.obstacles_per_stage + kMostMovers + kAxes;
 }
 
 double contactDistance(const MovingObstacle& mover, double time, const core::Vehicle& vehicle)
 {
-  const double sigma = std::hypot(mover.sigma_p_m, mover.sigma_v_mps * (time - mover.t));
-  return vehicle.radius_m + mover.radius_m + std::min(2.0 * sigma, kMostUncertain);
+  return vehicle.radius_m + mover.radius_m + mover.uncertainty(time, 2.0);
 }
 
 KeepOuts keepOuts(const LocalPlannerInput& input, const Plan& expected,
@@ -97,9 +121,10 @@ KeepOuts keepOuts(const LocalPlannerInput& input, const Plan& expected,
   rows.stages.resize(static_cast<std::size_t>(config.horizon));
   if (input.field && config.obstacles_per_stage > 0)
     addMap(*input.field, expected, config, vehicle, rows);
+  addAirspace(input.airspace_L, expected, vehicle, rows);
   std::vector<MovingObstacle> movers = input.movers;
   const auto distance = [&](const MovingObstacle& m)
-  { return (m.at(input.state.t) - input.state.p_L).norm(); };
+  { return (m.nearest(input.state.p_L, input.state.t) - input.state.p_L).norm(); };
   std::sort(movers.begin(), movers.end(),
             [&](const MovingObstacle& a, const MovingObstacle& b)
             { return distance(a) < distance(b); });

@@ -33,13 +33,14 @@ struct KeepOuts
  *  - The map: distances linearised where the vehicle is expected to be (CloseObstacles).
  *  - The stop: the last stage's rows hold also where braking from there would end, so that the plan
  *    never counts on flying on beyond its horizon.
+ *  - The airspace: its sides, where they are near.
  *  - What moves: each stage keeps away from where the obstacle will be by then, as far as is known.
  *    Where the expected motion meets it, the row leads to the side on which the vehicle passes
  *    anyhow, or else behind it. */
 [[nodiscard]] KeepOuts keepOuts(const LocalPlannerInput& input, const Plan& expected,
                                 const LocalPlannerConfig& config, const core::Vehicle& vehicle);
 
-/// Distance that the centre of the vehicle keeps from the obstacle's centre at that time, without
+/// Distance that the centre of the vehicle keeps from the obstacle's axis at that time, without
 /// margin [m]: both radii and two standard deviations of what is known.
 [[nodiscard]] double contactDistance(const core::MovingObstacle& mover, double time,
                                      const core::Vehicle& vehicle);

@@ -280,8 +280,8 @@ bool LocalPlanner::Impl::collides(const Plan& motion, const LocalPlannerInput& i
     if (input.field)
       least = input.field->distance(p, core::UnknownAs::Free).value_or(least) - vehicle.radius_m;
     for (const core::MovingObstacle& mover : input.movers)
-      least = std::min(least,
-                       (p - mover.at(time)).norm() - detail::contactDistance(mover, time, vehicle));
+      least = std::min(least, (p - mover.nearest(p, time)).norm() -
+                                  detail::contactDistance(mover, time, vehicle));
     return least;
   };
   const double start = room(0);

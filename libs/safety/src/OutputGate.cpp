@@ -75,10 +75,13 @@ struct Pass
   GateOutput output;
 
   [[nodiscard]] Distrust distrust() const;
-  void fence();
-  void keepStop(bool trusted);
+  void fence(const StopCheck& check);
+  void keepStop(const StopCheck& check, bool trusted);
+  void rely(const Verdict& verdict, const StopCheck& check);
   void followInstead(const StopCheck& check, const Verdict& grazing);
   void chooseInstead(const StopCheck& check, const Verdict& refused);
+  void evade(const StopCheck& check, Verdict& best);
+  void explain(const Verdict& refused, double excused);
   void describe(const Eigen::Vector3d& wanted, const Distrust& distrust);
   [[nodiscard]] const core::DistanceField* field() const;
 };
@@ -109,11 +112,10 @@ const core::DistanceField* Pass::field() const
   return counts ? input.field.get() : nullptr;
 }
 
-void Pass::fence()
+void Pass::fence(const StopCheck& check)
 {
   if ((config.fenceMin().array() <= -1e6).all() && (config.fenceMax().array() >= 1e6).all()) return;
   const core::VehicleState& s = input.state;
-  const StopCheck check(input, config, vehicle, last.v_W, nullptr);
   const Eigen::Vector3d p_W = check.begin().p + s.p_W - s.p_L;
   for (int i = 0; i < 3; ++i)
     target[i] = detail::insideFence(
@@ -122,33 +124,39 @@ void Pass::fence()
          check.hold(), vehicle.velocity_lag_s, config.lag_reserve_s, check.deceleration()});
 }
 
-void Pass::keepStop(bool trusted)
+void Pass::keepStop(const StopCheck& check, bool trusted)
 {
-  const core::DistanceField* map = field();
-  if (!map && input.movers.empty()) return;
-  const StopCheck check(input, config, vehicle, last.v_W, map);
-  const Verdict verdict = check.judge(target, -std::numeric_limits<double>::infinity());
+  if (!field() && input.movers.empty()) return;
+  const Verdict verdict = check.judge(target, Verdict{}, check.evasions());
+  rely(verdict, check);
   // Without anything around there is no margin to tell of.
-  if (std::isfinite(verdict.slack)) output.stop_margin_m = verdict.slack - check.excused();
-  output.stop_plan = verdict.plan;
+  if (!std::isfinite(verdict.slack())) output.stop_margin_m = 0.0;
   if (!verdict.good) chooseInstead(check, verdict);
   // A brake of the gate's own choice should not even graze.
-  if (verdict.good && verdict.slack < 0.0 && !trusted) followInstead(check, verdict);
+  if (verdict.good && verdict.slack() < 0.0 && !trusted) followInstead(check, verdict);
+}
+
+void Pass::rely(const Verdict& verdict, const StopCheck& check)
+{
+  output.stop_margin_m = verdict.slack() - check.excused();
+  output.stop_plan = verdict.plan;
+  output.evasion = verdict.evasion;
 }
 
 void Pass::followInstead(const StopCheck& check, const Verdict& grazing)
 {
-  double slack = grazing.slack;
+  Verdict best = grazing;
+  best.stands_clear = false;  // what counts here is by how much
   for (const StopPath* plan : {input.plan, input.kept_plan})
   {
     if (!plan) continue;
     const Eigen::Vector3d command = detail::limited(check.follow(*plan), last.v_W, change, vehicle);
-    const Verdict verdict = check.judge(command, slack);
-    if (!(verdict.slack > slack)) continue;
+    Verdict verdict = check.judge(command, best, check.keptEvasion());
+    if (!(verdict.slack() > best.slack())) continue;
     target = command;
-    slack = verdict.slack;
-    output.stop_plan = verdict.plan;
-    output.stop_margin_m = slack - check.excused();
+    best = verdict;
+    best.stands_clear = false;
+    rely(best, check);
   }
 }
 
@@ -156,11 +164,13 @@ void Pass::chooseInstead(const StopCheck& check, const Verdict& refused)
 {
   const Eigen::Vector3d wanted = target;
   Verdict best = refused;
-  const auto better = [&](const Eigen::Vector3d& command)
+  const auto better = [&](const Eigen::Vector3d& command, std::span<const Evasion> aside)
   {
-    const Verdict verdict = check.judge(command, std::min(best.slack, 0.0));
+    Verdict bar = best;
+    if (best.good) bar.mover = std::min(best.mover, 0.0);
+    const Verdict verdict = check.judge(command, bar, aside);
     // Among good ones the later one counts: the halving climbs towards what was wanted.
-    if (!(verdict.good || verdict.slack > best.slack)) return false;
+    if (!(verdict.good || (!best.good && verdict.betterThan(best)))) return false;
     best = verdict;
     target = command;
     return verdict.good;
@@ -171,31 +181,77 @@ void Pass::chooseInstead(const StopCheck& check, const Verdict& refused)
   bool found = false;
   for (const StopPath* plan : {input.plan, input.kept_plan})
     if (plan && !found)
-      found = better(detail::limited(check.follow(*plan), last.v_W, change, vehicle));
-  if (!found && better(brake))
+      found = better(detail::limited(check.follow(*plan), last.v_W, change, vehicle),
+                     check.keptEvasion());
+  const bool brakes = (brake - wanted).cwiseAbs().maxCoeff() <= kSame;
+  if (!found && !brakes && better(brake, check.evasions()))
   {
     found = true;
+    // The way aside that saves the brake is the one to save more.
+    const Evasion aside = best.evasion;
+    const auto same = aside.for_s > 0.0 ? std::span(&aside, 1) : check.keptEvasion();
     double low = 0.0, high = 1.0;
     for (int halving = 0; halving < kHalvings; ++halving)
     {
       const double middle = 0.5 * (low + high);
-      (better(blend(middle)) ? low : high) = middle;
+      (better(blend(middle), same) ? low : high) = middle;
     }
   }
   for (const double share : {0.5, 0.25, 0.75})
-    if (!found) found = better(blend(share));
-  if (!found) better(detail::limited(last.v_W + change * check.away(), last.v_W, change, vehicle));
-  output.stop_margin_m = best.slack - check.excused();
-  output.stop_plan = best.plan;
-  if (target == wanted) return;  // nothing would be better
-  const char* what = refused.cause == Cause::Mover   ? "no stop clear of a moving obstacle"
-                     : refused.cause == Cause::Fence ? "no stop inside the fence"
-                                                     : "no stop in known free space";
-  output.intervention = refused.cause == Cause::Mover   ? Intervention::MovingObstacle
-                        : refused.cause == Cause::Fence ? Intervention::Geofence
-                                                        : Intervention::NoStop;
-  output.reason = format("%s after this command: %.3f m beyond the radius; passed one with %.3f m",
-                         what, refused.slack - check.excused(), output.stop_margin_m);
+    if (!found && !brakes) found = better(blend(share), check.keptEvasion());
+  if (!best.stands_clear)
+    better(detail::limited(last.v_W + change * check.away(), last.v_W, change, vehicle),
+           check.keptEvasion());
+  if (!best.good) evade(check, best);
+  rely(best, check);
+  if (target != wanted) explain(refused, check.excused());  // else nothing would be better
+}
+
+/// @param refused what is wrong with the wanted command
+void Pass::explain(const Verdict& refused, double excused)
+{
+  const char* what = "no stop in known free space";
+  output.intervention = Intervention::NoStop;
+  if (refused.stands_clear)
+  {
+    what = "no stop clear of a moving obstacle";
+    output.intervention = Intervention::MovingObstacle;
+  }
+  else if (refused.cause == Cause::Fence)
+  {
+    what = "no stop inside the fence";
+    output.intervention = Intervention::Geofence;
+  }
+  output.reason =
+      format("%s after this command: %.3f m beyond the radius; passed one with %.3f m%s", what,
+             refused.slack() - excused, output.stop_margin_m,
+             output.evasion.for_s > 0.0 ? ", which leads aside" : "");
+}
+
+/// Begins the way aside that keeps the largest distance.
+void Pass::evade(const StopCheck& check, Verdict& best)
+{
+  constexpr double kAmple = 0.5;     // [m] more is not looked for
+  constexpr double kFaithful = 0.1;  // [m] by which another way must be better than the one begun
+  bool begun = check.keepsEvasion(), kept = false;
+  for (const Evasion& evasion : check.evasions())
+  {
+    const Eigen::Vector3d command = detail::limited(evasion.v_W, last.v_W, change, vehicle);
+    Verdict bar = best;
+    // Not so for one that may begin later: each tick of waiting costs less than any such margin.
+    if (kept) bar.mover += kFaithful;
+    const Verdict verdict = check.judge(command, evasion, bar);
+    if (verdict.betterThan(bar))
+    {
+      best = verdict;
+      target = command;
+      kept = begun;
+    }
+    if (best.stands_clear && best.leaves &&
+        best.mover >= (begun ? config.evasion_margin_m : kAmple))
+      return;
+    begun = false;
+  }
 }
 
 void Pass::describe(const Eigen::Vector3d& wanted, const Distrust& distrust)
@@ -280,8 +336,10 @@ GateOutput OutputGate::pass(const GateInput& input) const
   const Eigen::Vector3d wanted = pass.target;
   if (plausible(input) && distrust.intervention != Intervention::StateTooOld)
   {
-    pass.fence();
-    if (config_.verify_stop) pass.keepStop(trusted);
+    const StopCheck check(input, config_, vehicle_, pass.last.v_W,
+                          config_.verify_stop ? pass.field() : nullptr);
+    pass.fence(check);
+    if (config_.verify_stop) pass.keepStop(check, trusted);
   }
   GateOutput& output = pass.output;
   output.command.v_W = detail::limited(pass.target, pass.last.v_W, pass.change, vehicle_);

@@ -64,12 +64,53 @@ StopCheck::StopCheck(const GateInput& input, const SafetyConfig& config,
       vehicle_(vehicle),
       lag_reserve_s_(config.lag_reserve_s),
       graze_m_(config.graze_m),
+      evasion_margin_m_(config.evasion_margin_m),
       hold_s_(holdOf(input, vehicle)),
       change_(vehicle.max_acceleration_mps2 * std::min(hold_s_, kLongestTick)),
       response_(core::VelocityResponse::over(hold_s_, vehicle.velocity_lag_s)),
       begin_(beginOf(input, vehicle, last)),
       surroundings_(input, config, vehicle, field, begin_.p, begin_.tau)
 {
+  if (!config.evade || !field) return;
+  keepEvasion(config);
+  const bool sees = input.map_age_s <= config.map_timeout_s;
+  if (input.may_evade && sees && surroundings_.moversNear()) listEvasions(config);
+}
+
+/// Also when nothing moves any more: it may be the only way left that is clear of what stands.
+void StopCheck::keepEvasion(const SafetyConfig& config)
+{
+  Evasion kept = input_.kept_evasion;
+  kept.for_s -= std::isfinite(input_.dt) ? input_.dt : 0.0;
+  keeps_ = kept.v_W.allFinite() && kept.for_s > 0.0 && kept.for_s <= config.mover_horizon_s;
+  if (keeps_) evasions_[evasion_count_++] = kept;
+}
+
+/** Eight directions and three durations: sideways first, then on and away, towards the mover last,
+ * since a body that turns is passed most safely by who leaves its way. */
+void StopCheck::listEvasions(const SafetyConfig& config)
+{
+  constexpr double kQuarter = 1.5707963267948966;
+  constexpr double kTurns[] = {0.0, 2.0, 0.5, 1.5, 1.0, -0.5, -1.5, -1.0};
+  constexpr double kShares[] = {0.8, 0.5, 0.25};  // of the horizon
+  const auto add = [this](const Evasion& evasion) { evasions_[evasion_count_++] = evasion; };
+  const Eigen::Vector3d side = surroundings_.aside();
+  for (const double share : kShares)
+    for (const double turn : kTurns)
+    {
+      const double c = std::cos(turn * kQuarter), s = std::sin(turn * kQuarter);
+      const Eigen::Vector3d way(c * side.x() - s * side.y(), s * side.x() + c * side.y(), 0.0);
+      add({vehicle_.max_speed_mps / way.cwiseAbs().maxCoeff() * way,
+           share * config.mover_horizon_s});
+    }
+}
+
+bool StopCheck::Enough::of(const Sweep& sweep) const
+{
+  if (sweep.fixed >= allowed)
+    return to_beat.stands_clear &&
+           sweep.mover < (to_beat.safe() ? to_beat.mover : std::min(to_beat.mover, 0.0));
+  return to_beat.stands_clear || std::min(sweep.fixed, sweep.mover) < to_beat.slack();
 }
 
 /* With v' = (u - v) / lag the velocity in a step is a mixture of the first and the last one whose
@@ -116,7 +157,7 @@ bool StopCheck::stopsInRoom(const Flight& flight, double late, Sweep& sweep) con
   return true;
 }
 
-void StopCheck::brakeToRest(Flight flight, const Eigen::Vector3d& from, double give_up_below,
+void StopCheck::brakeToRest(Flight flight, const Eigen::Vector3d& from, const Enough& enough,
                             Sweep& sweep) const
 {
   const double most_late =
@@ -128,7 +169,7 @@ void StopCheck::brakeToRest(Flight flight, const Eigen::Vector3d& from, double g
     piece.hull.col(3) += lateness(from, flight.v);
     piece.hull.col(2) = piece.end;
     surroundings_.pass(piece, sweep);
-    if (sweep.slack < give_up_below) return;
+    if (enough.of(sweep)) return;
   }
   // From here on straight to where the lag lets it come to rest.
   Piece piece;
@@ -136,10 +177,39 @@ void StopCheck::brakeToRest(Flight flight, const Eigen::Vector3d& from, double g
   piece.hull.col(3) = piece.end = flight.p + vehicle_.velocity_lag_s * flight.v;
   piece.hull.col(2) = piece.end;
   piece.hull.col(3) += lateness(from, Eigen::Vector3d::Zero());
-  piece.tau = flight.tau;
-  piece.duration = 3.0 * vehicle_.velocity_lag_s;
+  surroundings_.passStanding(piece, sweep);
+  if (!enough.of(sweep)) waitAtRest(flight, enough, sweep);
+}
+
+/** Who has braked is not yet safe from what moves: ways that end early would seem better than those
+ * that leave, were they not looked at for as long. */
+void StopCheck::waitAtRest(Flight flight, const Enough& enough, Sweep& sweep) const
+{
+  constexpr double kStill = 0.01;  // [m/s]
+  constexpr int kPieces = 20;      // of the whole time
+  const double until = surroundings_.moversUntil();
+  // Counted, since absurd times do not advance.
+  for (int step = 0; step < kMostFollowSteps && flight.tau < until && flight.v.norm() > kStill;
+       ++step)
+  {
+    surroundings_.passMovers(fly(flight, flight.u), sweep);
+    if (enough.of(sweep)) return;
+  }
+  Piece piece;
+  piece.end = flight.p + vehicle_.velocity_lag_s * flight.v;
+  piece.hull.colwise() = piece.end;
+  piece.hull.col(0) = flight.p;
+  piece.duration = std::max(hold_s_, (until - begin_.tau) / kPieces);
   piece.spread = flight.v.norm();
-  surroundings_.pass(piece, sweep);
+  piece.tau = flight.tau;
+  for (int i = 0; i <= kPieces && piece.tau < until; ++i, piece.tau += piece.duration)
+  {
+    surroundings_.passMovers(piece, sweep);
+    if (enough.of(sweep)) return;
+    piece.hull.colwise() = piece.end;
+    piece.spread = 0.0;
+  }
+  surroundings_.passBeyond(piece.end, sweep);
 }
 
 /// Feed-forward of the plan's velocity, what the lag takes of it, and a pull to the plan.
@@ -159,7 +229,7 @@ Eigen::Vector3d StopCheck::follow(const StopPath& plan) const
 }
 
 void StopCheck::followToRest(Flight flight, const StopPath& plan, const Piece& held,
-                             double give_up_below, Sweep& sweep) const
+                             const Enough& enough, Sweep& sweep) const
 {
   Piece piece = held;
   const double end = endOf(plan);
@@ -179,45 +249,109 @@ void StopCheck::followToRest(Flight flight, const StopPath& plan, const Piece& h
     piece.duration += next.duration;
     piece.spread += next.spread;
     surroundings_.pass(piece, sweep);
-    if (sweep.slack < give_up_below || stopsHere()) return;
+    if (enough.of(sweep) || stopsHere()) return;
     piece = fly(flight, track(plan, flight));
   }
   surroundings_.pass(piece, sweep);
-  brakeToRest(flight, Eigen::Vector3d::Zero(), give_up_below, sweep);
+  brakeToRest(flight, Eigen::Vector3d::Zero(), enough, sweep);
 }
 
-Verdict StopCheck::judge(const Eigen::Vector3d& command, double give_up_below) const
+namespace
 {
-  // What is good must have been looked at to its end.
-  give_up_below = std::min(give_up_below, -kRounding);
+Eigen::Vector3d faster(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
+{
+  return (b.array().abs() > a.array().abs()).select(b, a);
+}
+}  // namespace
+
+/// The vehicle may lag here, too: speed is gained one way while it is shed another.
+void StopCheck::evadeToRest(Flight flight, const Evasion& evasion, Eigen::Vector3d fastest,
+                            const Enough& enough, Sweep& sweep) const
+{
+  const int steps =
+      static_cast<int>(std::min(evasion.for_s / hold_s_ + 0.5, 1.0 * kMostFollowSteps));
+  for (int step = 0; step < steps; ++step)
+  {
+    Piece piece = fly(flight, limited(evasion.v_W, flight.u, change_, vehicle_));
+    fastest = faster(fastest, flight.v);
+    piece.hull.col(3) += lateness(fastest, flight.v);
+    piece.hull.col(2) = piece.end;
+    surroundings_.pass(piece, sweep);
+    if (enough.of(sweep)) return;
+  }
+  brakeToRest(flight, fastest, enough, sweep);
+}
+
+Verdict StopCheck::judge(const Eigen::Vector3d& command, const Evasion& evasion,
+                         const Verdict& to_beat) const
+{
+  Flight held = begin_;
+  Piece piece = fly(held, command);
+  const Enough enough{to_beat, -kRounding};
+  Sweep sweep;
+  surroundings_.look(held.p, sweep);
+  piece.hull.col(2) = piece.end;
+  piece.hull.col(3) += lateness(begin_.v, held.v);
+  surroundings_.pass(piece, sweep);
+  if (!enough.of(sweep)) evadeToRest(held, evasion, faster(begin_.v, held.v), enough, sweep);
+  const bool clear = sweep.fixed >= -kRounding, leaves = sweep.beyond >= 0.0;
+  return {
+      sweep.fixed, sweep.mover, sweep.cause, nullptr,
+      evasion,     clear,       leaves,      clear && leaves && sweep.mover >= evasion_margin_m_};
+}
+
+Verdict StopCheck::brakeAfter(const Eigen::Vector3d& command, const Verdict& to_beat) const
+{
+  Flight held = begin_;
+  Piece late = fly(held, command);
+  const Enough enough{to_beat, -kRounding};
+  Sweep sweep;
+  surroundings_.look(held.p, sweep);
+  late.hull.col(2) = late.end;
+  late.hull.col(3) += lateness(begin_.v, held.v);
+  surroundings_.pass(late, sweep);
+  // The next pass will count from the speed that this command leads to.
+  if (!enough.of(sweep)) brakeToRest(held, faster(begin_.v, held.v), enough, sweep);
+  const bool clear = sweep.fixed >= -kRounding;
+  return {sweep.fixed, sweep.mover, sweep.cause, nullptr,
+          {},          clear,       true,        clear && sweep.mover >= -kRounding};
+}
+
+Verdict StopCheck::followAfter(const Eigen::Vector3d& command, const StopPath& plan,
+                               const Verdict& to_beat) const
+{
   Flight held = begin_;
   const Piece piece = fly(held, command);
-  Verdict best;
+  const double allowed = -kRounding - std::max(0.0, graze_m_ - surroundings_.excused());
+  Sweep sweep;
+  surroundings_.look(held.p, sweep);
+  followToRest(held, plan, piece, {to_beat, allowed}, sweep);
+  const bool clear = sweep.fixed >= allowed;
+  return {sweep.fixed, sweep.mover, sweep.cause, &plan,
+          {},          clear,       true,        clear && sweep.mover >= -kRounding};
+}
+
+Verdict StopCheck::judge(const Eigen::Vector3d& command, const Verdict& to_beat,
+                         std::span<const Evasion> aside) const
+{
+  Verdict best = brakeAfter(command, to_beat);
+  const auto better = [&best](const Verdict& other)
   {
-    Sweep sweep;
-    surroundings_.look(held.p, sweep);
-    Piece late = piece;
-    late.hull.col(2) = late.end;
-    late.hull.col(3) = late.end + lateness(begin_.v, held.v);
-    surroundings_.pass(late, sweep);
-    // The next pass will count from the speed that this command leads to.
-    const Eigen::Vector3d fastest =
-        (held.v.array().abs() > begin_.v.array().abs()).select(held.v, begin_.v);
-    if (sweep.slack >= give_up_below) brakeToRest(held, fastest, give_up_below, sweep);
-    best = {sweep.slack, sweep.cause, nullptr, sweep.slack >= -kRounding};
-  }
-  const double excused = surroundings_.excused();
+    if (other.good || other.betterThan(best)) best = other;
+    return best.good;
+  };
+  const auto bar = [&] { return best.betterThan(to_beat) ? best : to_beat; };
+  bool walked_into = best.mover < -kRounding;
   for (const StopPath* plan : {input_.plan, input_.kept_plan})
-  {
-    if (best.good) break;
-    if (!wellFormed(plan)) continue;
-    Sweep sweep;
-    surroundings_.look(held.p, sweep);
-    const double allowed = -kRounding - std::max(0.0, graze_m_ - excused);
-    followToRest(held, *plan, piece, std::min(std::max(give_up_below, best.slack), allowed), sweep);
-    if (sweep.slack >= allowed || sweep.slack > best.slack)
-      best = {sweep.slack, sweep.cause, plan, sweep.slack >= allowed};
-  }
+    if (!best.good && wellFormed(plan))
+    {
+      const Verdict verdict = followAfter(command, *plan, bar());
+      walked_into = walked_into || verdict.mover < -kRounding;
+      better(verdict);
+    }
+  // What the last command may have counted on always, others only because of what moves.
+  for (const Evasion& evasion : walked_into ? aside : keptEvasion())
+    if (best.good || better(judge(command, evasion, bar()))) break;
   return best;
 }
 

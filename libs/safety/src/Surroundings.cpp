@@ -23,10 +23,33 @@ double distanceToSegment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
   return (a + t * along - p).norm();
 }
 
+/// Distance of a segment to an upright one about the origin. Its square is convex along the segment
+/// and made of three parabolas: over the axis, beside it, and under it.
+double distanceToAxis(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double half_axis)
+{
+  const Eigen::Vector3d along = b - a;
+  const double planar2 = along.head<2>().squaredNorm(), all2 = along.squaredNorm();
+  const double beside = -a.head<2>().dot(along.head<2>());
+  const auto at = [&](double t)
+  {
+    const Eigen::Vector3d p = a + std::clamp(t, 0.0, 1.0) * along;
+    return std::hypot(p.x(), p.y(), std::max(0.0, std::abs(p.z()) - half_axis));
+  };
+  double least = std::min(at(0.0), at(1.0));
+  if (planar2 > 0.0) least = std::min(least, at(beside / planar2));
+  for (const double end : {-half_axis, half_axis})
+  {
+    if (all2 > 0.0) least = std::min(least, at((beside - (a.z() - end) * along.z()) / all2));
+    if (along.z() != 0.0) least = std::min(least, at((end - a.z()) / along.z()));
+  }
+  return least;
+}
+
 bool usable(const core::MovingObstacle& m)
 {
   return std::isfinite(m.t) && m.p_L.allFinite() && m.v_L.allFinite() &&
-         std::isfinite(m.radius_m) && std::isfinite(m.sigma_p_m) && std::isfinite(m.sigma_v_mps);
+         std::isfinite(m.radius_m) && m.half_axis_m >= 0.0 && std::isfinite(m.half_axis_m) &&
+         std::isfinite(m.sigma_p_m) && std::isfinite(m.sigma_v_mps);
 }
 }  // namespace
 
@@ -58,7 +81,7 @@ Surroundings::Surroundings(const GateInput& input, const SafetyConfig& config,
     if (!usable(mover)) continue;
     const double reach =
         config.mover_horizon_s * (mover.v_L.norm() + std::sqrt(3.0) * vehicle.max_speed_mps);
-    const double gap = (mover.at(input.t + tau) - from_L).norm() -
+    const double gap = (mover.nearest(from_L, input.t + tau) - from_L).norm() -
                        moverRadius(mover, tau + config.mover_horizon_s);
     movers_near_ = movers_near_ || !(gap - reach > radius_);
   }
@@ -115,9 +138,19 @@ double Surroundings::room(const Eigen::Vector3d& p_L, const Sweep& sweep) const
 
 void Surroundings::pass(const Piece& piece, Sweep& sweep) const
 {
+  passStanding(piece, sweep);
+  passMovers(piece, sweep);
+}
+
+double Surroundings::moversUntil() const
+{
+  return movers_near_ ? tau_ + config_.mover_horizon_s : -kInfinity;
+}
+
+void Surroundings::passStanding(const Piece& piece, Sweep& sweep) const
+{
   if (!piece.hull.allFinite()) return sweep.lower(-kInfinity, Cause::Map);
   if (field_) passMap(piece, sweep);
-  if (movers_near_) passMovers(piece, sweep);
   if (fenced_) passFence(piece, sweep);
 }
 
@@ -171,26 +204,60 @@ double Surroundings::chainSlack(const core::Hull4& hull, const Layer& layer) con
 
 double Surroundings::moverRadius(const core::MovingObstacle& mover, double tau) const
 {
-  const double ahead = input_.t + tau - mover.t;
-  return mover.radius_m +
-         config_.mover_sigmas * std::hypot(mover.sigma_p_m, ahead * mover.sigma_v_mps);
+  return mover.radius_m + mover.uncertainty(input_.t + tau, config_.mover_sigmas);
 }
 
 void Surroundings::passMovers(const Piece& piece, Sweep& sweep) const
 {
-  if (piece.tau > tau_ + config_.mover_horizon_s) return;
-  const double begin = input_.t + piece.tau;
+  if (!(piece.tau <= moversUntil())) return;
   for (const core::MovingObstacle& mover : input_.movers)
   {
     if (!usable(mover)) continue;
-    const double now = (from_L_ - mover.at(input_.t + tau_)).norm() - moverRadius(mover, tau_);
+    const double start = input_.t + tau_;
+    const double now = (from_L_ - mover.nearest(from_L_, start)).norm() - moverRadius(mover, tau_);
     // Seen from the mover the piece is nearly straight; that far it is not.
     const double bend = 0.5 * piece.duration * piece.spread;
-    const double distance = distanceToSegment(mover.at(begin), piece.hull.col(0),
-                                              piece.end - piece.duration * mover.v_L) -
-                            bend - moverRadius(mover, piece.tau + piece.duration);
-    sweep.lower(distance - std::min(radius_, now), Cause::Mover);
+    const Eigen::Vector3d centre = mover.at(input_.t + piece.tau);
+    const double distance =
+        distanceToAxis(piece.hull.col(0) - centre, piece.end - piece.duration * mover.v_L - centre,
+                       mover.half_axis_m) -
+        bend - moverRadius(mover, piece.tau + piece.duration);
+    sweep.mover = std::min(sweep.mover, distance - std::min(radius_, now));
   }
+}
+
+void Surroundings::passBeyond(const Eigen::Vector3d& end_L, Sweep& sweep) const
+{
+  constexpr double kHorizons = 2.0;  // that somebody is taken to walk straight on
+  if (!movers_near_) return;
+  for (const core::MovingObstacle& mover : input_.movers)
+  {
+    if (!usable(mover)) continue;
+    const Eigen::Vector3d from = end_L - mover.at(input_.t + moversUntil());
+    const double distance = distanceToAxis(
+        from, from - kHorizons * config_.mover_horizon_s * mover.v_L, mover.half_axis_m);
+    sweep.beyond = std::min(sweep.beyond, distance - moverRadius(mover, moversUntil()) - radius_);
+  }
+}
+
+Eigen::Vector3d Surroundings::aside() const
+{
+  constexpr double kStill = 1e-3;  // [m/s]
+  Eigen::Vector3d best = Eigen::Vector3d::UnitX();
+  double soonest = kInfinity;
+  for (const core::MovingObstacle& mover : input_.movers)
+  {
+    if (!usable(mover)) continue;
+    const Eigen::Vector3d to = from_L_ - mover.at(input_.t + tau_);
+    const Eigen::Vector2d away = to.head<2>().stableNormalized(), v = mover.v_L.head<2>();
+    const double when = (to.head<2>().norm() - mover.radius_m) / std::max(away.dot(v), kStill);
+    if (!(when < soonest)) continue;
+    soonest = when;
+    Eigen::Vector2d side = v.norm() > kStill ? Eigen::Vector2d(-v.y(), v.x()).normalized() : away;
+    if (side.dot(away) < 0.0) side = -side;
+    if (side.norm() > 0.5) best << side, 0.0;
+  }
+  return best;
 }
 
 double Surroundings::fenceSlack(const Eigen::Vector3d& p_L) const

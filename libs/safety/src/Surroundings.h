@@ -12,11 +12,10 @@
 
 namespace slalom::safety::detail
 {
-/// What a way comes nearest to.
+/// What a way comes nearest to, of what stands.
 enum class Cause
 {
   Map,
-  Mover,
   Fence
 };
 
@@ -33,17 +32,20 @@ struct Piece
 /// A way that is being looked at, piece by piece.
 struct Sweep
 {
-  double slack = std::numeric_limits<double>::infinity();  ///< [m] least clearance - required one
-  Cause cause = Cause::Map;                                ///< of the least one
-  Eigen::Vector3d anchor = Eigen::Vector3d::Zero();        ///< [m] the place last looked up
+  double fixed = std::numeric_limits<double>::infinity();  ///< [m] least clearance - required one
+  double mover = std::numeric_limits<double>::infinity();  ///< [m] likewise, of what moves
+  /// [m] Likewise of the place where the way ends, if what moves walks on after that.
+  double beyond = std::numeric_limits<double>::infinity();
+  Cause cause = Cause::Map;                          ///< of `fixed`
+  Eigen::Vector3d anchor = Eigen::Vector3d::Zero();  ///< [m] the place last looked up
   /// [m] The map's slack there, per layer.
   std::array<double, 2> anchor_slack{-std::numeric_limits<double>::infinity(),
                                      -std::numeric_limits<double>::infinity()};
 
   void lower(double to, Cause because)
   {
-    if (!(to < slack)) return;  // what is not a number says nothing
-    slack = to;
+    if (!(to < fixed)) return;  // what is not a number says nothing
+    fixed = to;
     cause = because;
   }
 };
@@ -63,12 +65,29 @@ class Surroundings
   /// Takes a piece of the way into account.
   void pass(const Piece& piece, Sweep& sweep) const;
 
+  /// The same, of what stands only: when the piece is flown does not matter.
+  void passStanding(const Piece& piece, Sweep& sweep) const;
+  void passMovers(const Piece& piece, Sweep& sweep) const;
+
+  /// Where the vehicle rests in the end: does something move on over this place?
+  void passBeyond(const Eigen::Vector3d& end_L, Sweep& sweep) const;
+
+  /// [s] From now, how far ahead movers are believed; -infinity if none may come near.
+  [[nodiscard]] double moversUntil() const;
+
   /// [m] within this of a place nothing comes nearer than it may, as far as what was looked up
   /// last tells; -infinity where that says nothing.
   [[nodiscard]] double room(const Eigen::Vector3d& p_L, const Sweep& sweep) const;
 
   /// Where to from the start of all ways, for more clearance; a unit vector, or 0 if not known.
   [[nodiscard]] Eigen::Vector3d away() const;
+
+  /// Something that moves may come near within the horizon.
+  [[nodiscard]] bool moversNear() const { return movers_near_; }
+
+  /// Horizontal direction in which to leave the way of the moving obstacle that comes nearest, a
+  /// unit vector; what is on that side already is nearer to safety.
+  [[nodiscard]] Eigen::Vector3d aside() const;
 
   /// [m] what may be missing to the radius, 0 unless the vehicle is already nearer.
   [[nodiscard]] double excused() const;
@@ -87,7 +106,6 @@ class Surroundings
                                  const Layer& layer, double ball) const;
   [[nodiscard]] double chainSlack(const core::Hull4& hull, const Layer& layer) const;
   void passMap(const Piece& piece, Sweep& sweep) const;
-  void passMovers(const Piece& piece, Sweep& sweep) const;
   void passFence(const Piece& piece, Sweep& sweep) const;
   [[nodiscard]] double moverRadius(const core::MovingObstacle& mover, double tau) const;
   [[nodiscard]] double fenceSlack(const Eigen::Vector3d& p_L) const;

@@ -69,6 +69,7 @@ Track::Track(std::uint64_t number, const TrackingConfig& config, double time, co
       p_L(object.centre_L),
       half_width_m(object.half_width_m),
       half_height_m(object.half_height_m),
+      tallest_m_(object.half_height_m),
       config_(config),
       plane_{config.sigma_position_m * config.sigma_position_m, 0.0, kFirstSpeed * kFirstSpeed},
       height_{plane_.pp, 0.0, 0.25 * plane_.vv}
@@ -103,6 +104,8 @@ void Track::correct(const Object& object, double range_m)
   const double shrunk = kShrink * (t - seen);
   half_width_m = std::max(object.half_width_m, half_width_m - shrunk);
   half_height_m = std::max(object.half_height_m, half_height_m - shrunk);
+  // From nearby a lidar sees but a part of it: it is as tall as it once was.
+  tallest_m_ = std::max(half_height_m, tallest_m_);
   seen = t;
 }
 
@@ -192,7 +195,11 @@ core::MovingObstacle Track::at(double time) const
   mover.t = time;
   mover.p_L = p_L + (time - t) * v_L;
   mover.v_L = v_L;
-  mover.radius_m = std::max(half_width_m, half_height_m + ring_gap_m_) + config_.radius_margin_m;
+  // The lowest capsule that holds an upright cylinder: its caps reach into the rim.
+  const double margin = config_.radius_margin_m;
+  mover.radius_m = half_width_m + margin;
+  mover.half_axis_m =
+      std::max(0.0, tallest_m_ + ring_gap_m_ - std::sqrt(margin * (2.0 * half_width_m + margin)));
   mover.sigma_p_m = std::sqrt(plane.pp);
   mover.sigma_v_mps = std::sqrt(plane.vv);
   return mover;

@@ -83,6 +83,7 @@ class Track
   };
   static constexpr int kFootprints = 20;
 
+  double tallest_m_;  // half of the height once seen
   TrackingConfig config_;
   Covariance plane_, height_;
   double ring_gap_m_ = 0.0;  // height that rings may have missed at each end

@@ -69,6 +69,50 @@ TEST(Movers, AreAvoidedCrossingOncomingAndOvertaken)
   EXPECT_GE(met, 40) << "the encounters must be real";
 }
 
+/// Least altitude on a flight past a ball that comes from ahead and above, so that the way round it
+/// is below.
+double lowestPassing(double height, bool limited)
+{
+  ClosedLoop loop(straightReference(Vector3d(0, 0, 0.6), Vector3d(1.0, 0, 0), 16.0), fieldOf({}));
+  loop.input.movers = {sphere(Vector3d(9.0, 0.0, height), Vector3d(-0.5, 0.0, 0.0), 0.5)};
+  if (limited) loop.input.airspace_L.min().z() = 0.3;
+  double lowest = 1e9;
+  loop.fly(12.0, [&](const auto&) { lowest = std::min(lowest, loop.state.p_L.z()); });
+  return lowest;
+}
+
+TEST(Movers, AreNotDodgedOutOfTheAirspace)
+{
+  int below = 0;
+  for (const double height : {1.0, 1.2, 1.4, 1.6})
+  {
+    SCOPED_TRACE(height);
+    below += lowestPassing(height, false) < 0.25;
+    EXPECT_GE(lowestPassing(height, true), 0.3 - 0.01);
+  }
+  EXPECT_GE(below, 2) << "without a limit it must go lower";
+}
+
+/// Who walks is passed at the side, not above or below.
+TEST(Movers, UprightOnesPushAsideOnly)
+{
+  for (std::uint64_t seed = 1; seed <= 100; ++seed)
+  {
+    SCOPED_TRACE(seed);
+    Rng rng(seed);
+    LocalPlannerInput input;
+    MovingObstacle mover = sphere(rng.uniform3(-2, 2), rng.uniform3(-1, 1), 0.4);
+    mover.p_L.z() = mover.v_L.z() = 0.0;
+    mover.half_axis_m = 0.9;
+    input.movers = {mover};
+    const LocalPlannerConfig config;
+    Eigen::Matrix4Xd inputs = Eigen::Matrix4Xd::Zero(4, config.horizon);
+    const auto expected = detail::rollOut(0.0, {}, inputs, detail::Model{Vehicle{}, config.step_s});
+    for (const auto& stage : detail::keepOuts(input, expected, config, Vehicle{}).stages)
+      for (const auto& row : stage) EXPECT_NEAR(row.normal.z(), 0.0, 1e-12);
+  }
+}
+
 TEST(Movers, UncertaintyGrowsTheRoomAndIsBounded)
 {
   MovingObstacle mover = sphere(Vector3d::Zero(), Vector3d::UnitX(), 0.4);

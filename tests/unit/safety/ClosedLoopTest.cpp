@@ -62,9 +62,24 @@ struct Attack
   double speed = 1.2, acceleration = 1.0, lag = 0.2, true_lag = 0.2, delay = 0.0;
   int flights = 12, ticks = 400;
   bool lying_plans = false;
+  int walkers = 0;  // who walk through trees, and turn
   double graze = safety::SafetyConfig{}.graze_m;
   double distance = 0.0;  // flown, in all
+  int evasions = 0;       // ticks that counted on one
 };
+
+/// Sets out towards the vehicle, more or less.
+void begin(core::MovingObstacle& walker, core::Rng& rng, const test::GateFlight& flight)
+{
+  Vec3 from = rng.direction();
+  from.z() = 0.0;
+  walker.p_L = flight.motion.p + rng.uniform(1.0, 4.0) * from.normalized();
+  walker.v_L = -rng.uniform(0.2, 1.5) * from.normalized() + 0.2 * rng.uniform3(-1.0, 1.0);
+  walker.radius_m = rng.uniform(0.2, 0.5);
+  walker.half_axis_m = rng.uniform() < 0.5 ? 0.8 : 0.0;
+  walker.sigma_p_m = 0.05;
+  walker.sigma_v_mps = 0.1;
+}
 
 /// A path from somewhere near to nowhere good, through everything.
 safety::StopPath lie(core::Rng& rng, const test::GateFlight& flight)
@@ -109,6 +124,8 @@ double leastClearanceUnder(Attack& attack, std::uint64_t seed)
   const safety::OutputGate gate(config, flight.vehicle);
   Malice malice(rng, flight.vehicle);
   safety::StopPath plan, kept;
+  safety::Evasion evasion;
+  std::vector<core::MovingObstacle> walkers(static_cast<std::size_t>(attack.walkers));
   bool relies = false;
   for (int tick = 0; tick < attack.ticks; ++tick)
   {
@@ -121,7 +138,17 @@ double leastClearanceUnder(Attack& attack, std::uint64_t seed)
       in.plan = &plan;
       if (relies) in.kept_plan = &kept;
     }
+    for (core::MovingObstacle& walker : walkers)
+    {
+      walker.p_L = walker.at(flight.t);
+      walker.t = flight.t;
+      if (tick % 40 == 0 || (walker.p_L - flight.motion.p).norm() > 4.0) begin(walker, rng, flight);
+    }
+    in.movers = walkers;
+    in.kept_evasion = evasion;
     const GateOutput out = gate.pass(in);
+    evasion = out.evasion;
+    attack.evasions += evasion.for_s > 0.0;
     relies = out.stop_plan != nullptr;
     if (relies) kept = advanced(*out.stop_plan);
     plan = advanced(plan);
@@ -154,6 +181,23 @@ TEST(ClosedLoop, NoCommandMakesAVehicleHitWhenItsLagIsKnown)
     EXPECT_GT(attack.distance, 2.0 * attack.flights);  // the gate did not just stand still
     std::printf("known lag, speed %.1f: least clearance beyond the radius %.4f m, %.0f m flown\n",
                 attack.speed, least, attack.distance);
+  }
+}
+
+TEST(ClosedLoop, NorWithSomebodyWalkingIntoIt)
+{
+  std::uint64_t seed = 700;
+  for (Attack attack :
+       {Attack{.ticks = 200, .walkers = 2}, Attack{.true_lag = 0.25, .ticks = 200, .walkers = 1},
+        Attack{.speed = 2.0, .acceleration = 3.0, .ticks = 200, .lying_plans = true, .walkers = 2}})
+  {
+    const double least = worstOf(attack, seed += 100);
+    std::printf("walkers: least clearance beyond the radius %.4f m, %.0f m flown, %d evasions\n",
+                least, attack.distance, attack.evasions);
+    EXPECT_GE(least, attack.lying_plans      ? -attack.graze - 1e-4
+                     : attack.true_lag > 0.2 ? -1e-3
+                                             : -1e-6);
+    EXPECT_GT(attack.evasions, 50);
   }
 }
 

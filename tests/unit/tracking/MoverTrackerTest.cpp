@@ -105,8 +105,13 @@ void observe(std::uint64_t seed, MovingBody b, double allowed_delay, Score& scor
           const auto holds = [&](const MovingObstacle& m, Vec3 at)
           {
             at.z() = kHeight;
-            return (m.p_L - at).norm() + b.radius <= m.radius_m + 2.0 * m.sigma_p_m;
+            return (m.nearest(at, m.t) - at).norm() + b.radius <= m.radius_m + 2.0 * m.sigma_p_m;
           };
+          // However tall, it is no wider than its body.
+          if (b.half_height > 0.0)
+          {
+            EXPECT_LE(mover->radius_m, b.radius + 0.3);
+          }
           ++score.samples;
           score.error += (mover->v_L - b.v).norm();
           score.inside += holds(*mover, truth);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <string>
 
 #include "slalom/core/Fields.h"
@@ -143,6 +144,16 @@ struct EngineConfig
     limited.max_speed_mps *= mission.speed_share;
     limited.max_acceleration_mps2 *= mission.acceleration_share;
     return limited;
+  }
+
+  /// What the gate works with: its fence, and the altitudes that plans keep to
+  /// (global_planner.min_altitude_m, max_altitude_m), whichever is narrower.
+  [[nodiscard]] safety::SafetyConfig guarded() const
+  {
+    safety::SafetyConfig guard = safety;
+    guard.fence_min_z_m = std::max(guard.fence_min_z_m, global_planner.min_altitude_m);
+    guard.fence_max_z_m = std::min(guard.fence_max_z_m, global_planner.max_altitude_m);
+    return guard;
   }
 };
 

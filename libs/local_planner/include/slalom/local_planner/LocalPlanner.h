@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -39,6 +39,8 @@ struct LocalPlannerInput
   double progress = 0.0;  ///< [s] parameter on the reference at state.t
   std::shared_ptr<const spline::TimeLaw>
       law;  ///< how fast the parameter runs, and where it rests; goes with `reference`
+  /// [m] where the vehicle's centre is to stay; as wide as all space unless somebody says so
+  Eigen::AlignedBox3d airspace_L{Eigen::Vector3d::Constant(-1e6), Eigen::Vector3d::Constant(1e6)};
   std::vector<core::MovingObstacle> movers;  ///< to keep away from, besides those of the field
   Eigen::Vector3d disturbance_W = Eigen::Vector3d::Zero();  ///< [m/s^2] that the lag model lacks
   core::VelocityCommand last_command;

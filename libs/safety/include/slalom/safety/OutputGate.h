@@ -28,6 +28,13 @@ struct StopPath
   double begins_s = 0.0;  ///< [s] from now, of the first point; below 0 for a plan under way
 };
 
+/// A way aside: a velocity that is flown for a while, as far as the limits allow, then a brake.
+struct Evasion
+{
+  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< [m/s]
+  double for_s = 0.0;  ///< [s] after the command was held; 0: there is none
+};
+
 /// Everything the gate may look at.
 struct GateInput
 {
@@ -50,6 +57,8 @@ struct GateInput
   /// The plan that the last command relied on, if it is another one (GateOutput::stop_plan), as
   /// seen from now; may be null.
   const StopPath* kept_plan = nullptr;
+  Evasion kept_evasion;   ///< GateOutput::evasion of the last pass
+  bool may_evade = true;  ///< false: the vehicle is not to move by itself, as without a mission
 };
 
 /// Why the command is not the one that was wanted.
@@ -77,6 +86,7 @@ struct GateOutput
   /// The plan of the input along which the vehicle can stop; null: by braking straight away, or
   /// not known. Keep it, and hand it in as kept_plan next time.
   const StopPath* stop_plan = nullptr;
+  Evasion evasion;     ///< by which the vehicle stays clear of what moves. Hand it in next time.
   std::string reason;  ///< one line; empty without intervention
 };
 
@@ -94,6 +104,12 @@ struct GateOutput
  *  the wanted command has no such stop, a milder one between it and the brake, the brake, or the
  *  first command along a plan is passed; if none of these has one, the one with the largest least
  *  clearance.
+ *
+ *  Moving obstacles are to stay clear of that way as far as they are predicted. Where they would
+ *  not, a way aside counts, too: flown for a while and then braked to rest, all of it inside known
+ *  free space. If the wanted command leaves none with a margin, the way aside that keeps the
+ *  largest distance is begun at once. What stands never yields to what moves: of several ways those
+ * clear of the map come first.
  *
  *  Braking for lack of trust (ages, numbers) goes along a plan where braking straight away would
  *  hit something and the plan does not. Only with a state that is too old the brake is blind.

@@ -25,6 +25,8 @@ struct SafetyConfig
   double graze_m = 0.03;
   double mover_horizon_s = 2.0;  ///< [s] moving obstacles are believed this far ahead
   double mover_sigmas = 2.0;     ///< [1] standard deviations of their place that are kept clear
+  bool evade = true;  ///< where something would walk into a stop, a way aside counts as a stop, too
+  double evasion_margin_m = 0.2;  ///< [m] beyond the radius that is left to such a way
 
   [[nodiscard]] Eigen::Vector3d fenceMin() const
   {
@@ -65,6 +67,10 @@ struct SafetyConfig
       "how far ahead the motion of moving obstacles is believed", Level::Expert);
     v("mover_sigmas", c.mover_sigmas, Range{0.0, 6.0},
       "standard deviations of a moving obstacle's place that a stop keeps clear of", Level::Expert);
+    v("evade", c.evade, "step aside, within known free space, for what would walk into a stop");
+    v("evasion_margin_m", c.evasion_margin_m, Range{0.0, 2.0},
+      "a command may count on stepping aside later as long as that passes this clear of movers",
+      Level::Expert);
   }
 };
 
