@@ -352,7 +352,7 @@ TEST(Configuration, EveryShippedFileLoads)
     mrpt_io::ConfigBinder binder(document);
     EngineConfig config;
     bind(binder, config);
-    for (const char* other : {"input", "report", "replay", "fly", "airframe", "lidar"})
+    for (const char* other : {"input", "report", "replay", "fly", "airframe", "lidar", "gps"})
       binder.ignore(other);
     binder.finish();
     check(config);
