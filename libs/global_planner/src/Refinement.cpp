@@ -206,8 +206,8 @@ Eigen::VectorXd Work::fitWeights() const
     for (Eigen::Index i = 0; i < weights.size(); ++i)
       if (draft.along[i] > s.from - kFitAround_s && draft.along[i] < s.to + kFitAround_s)
         weights[i] = 0.0;
-  // Nor before the window's end, if the shortest way there is what is wanted. A pull on a part of it
-  // would draw in the rest, plan by plan.
+  // Nor before the window's end, if the shortest way there is what is wanted. A pull on a part of
+  // it would draw in the rest, plan by plan.
   if (c_.late_return)
   {
     const Eigen::Matrix3Xd off = draft.points - referencePoints(c_.r, draft.along);
